@@ -1,0 +1,1 @@
+//! Sharp bounds on a depth distribution from generalised moments, with evidence.

@@ -1,0 +1,1 @@
+//! Charts and pages as a pure function of recorded files.

@@ -1,0 +1,79 @@
+//! What is rendered: triangles, materials with optional alpha masks, named light views and a camera.
+
+use std::sync::Arc;
+
+/// One corner of a triangle, in world space (right-handed, y up).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vertex {
+    /// World-space position.
+    pub position: [f32; 3],
+    /// Unit normal in world space; used for shading only, never for shadow tests.
+    pub normal: [f32; 3],
+    /// Texture coordinate for the alpha mask; (0, 0) is the first texel, wrapping by repetition.
+    pub uv: [f32; 2],
+}
+
+/// Coverage texture of an alpha-tested material (glTF `alphaMode: MASK`).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AlphaMask {
+    /// Width in texels, at least 1.
+    pub width: u32,
+    /// Height in texels, at least 1.
+    pub height: u32,
+    /// Row-major alpha, 8 bits a texel.
+    pub alpha: Vec<u8>,
+    /// A fragment exists where the nearest texel's alpha is at least this value.
+    pub cutoff: u8,
+}
+
+/// Surface description; only what shadows and a plain picture need.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// Name, for messages.
+    pub name: String,
+    /// Linear RGB albedo.
+    pub albedo: [f32; 3],
+    /// Alpha test, where the material has one.
+    pub mask: Option<Arc<AlphaMask>>,
+}
+
+/// A directional light with a name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightView {
+    /// Name, unique within the scene.
+    pub name: String,
+    /// Direction in which the light travels, world space, need not be normalised, never zero.
+    pub direction: [f32; 3],
+}
+
+/// A pinhole camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Eye position, world space.
+    pub eye: [f32; 3],
+    /// Point looked at, world space.
+    pub target: [f32; 3],
+    /// Vertical field of view in radians.
+    pub vertical_fov: f32,
+}
+
+/// Triangles with materials, the light views to evaluate, and a camera that shows the scene.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Name used in records and file names.
+    pub name: String,
+    /// All corners.
+    pub vertices: Vec<Vertex>,
+    /// Indices into `vertices`, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// One index into `materials` per triangle.
+    pub triangle_material: Vec<u32>,
+    /// At least one.
+    pub materials: Vec<Material>,
+    /// Light views; at least one.
+    pub views: Vec<LightView>,
+    /// Camera for pictures of the scene.
+    pub camera: Camera,
+    /// Triangles dropped on loading because they have no area.
+    pub degenerate_triangles: usize,
+}
