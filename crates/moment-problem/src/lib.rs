@@ -1,1 +1,21 @@
 //! Sharp bounds on a depth distribution from generalised moments, with evidence.
+
+pub mod arithmetic;
+mod basis;
+mod bounds;
+mod dense;
+mod distribution;
+mod error;
+mod expression;
+pub mod hamburger;
+pub mod hausdorff;
+pub mod markov;
+pub mod roots;
+mod semi_infinite;
+pub mod trigonometric;
+
+pub use basis::{Basis, BasisFunction, DEFAULT_FAMILY, MAX_FUNCTIONS};
+pub use distribution::{DepthDistribution, WEIGHT_SUM_TOLERANCE};
+pub use error::{BasisError, DistributionError, MomentError};
+pub use bounds::{Bounds, Certificate, Interval, LowerBound};
+pub use semi_infinite::{CERTIFIED_GAP, ExchangeSimplex, FEASIBILITY_TOLERANCE, PreparedBasis};

@@ -1,0 +1,346 @@
+//! Formulas in one variable z: parser, exact constants, evaluation over any [`Field`].
+
+use crate::arithmetic::{DoubleDouble, Field, Real};
+use crate::error::BasisError;
+
+/// Longest accepted formula in bytes; nesting can be no deeper, so evaluation cannot exhaust the stack.
+const MAX_FORMULA_LENGTH: usize = 200;
+
+/// Expression tree of a formula in z.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Expression {
+    Variable,
+    Constant(DoubleDouble),
+    Negate(Box<Expression>),
+    Binary(Operator, Box<Expression>, Box<Expression>),
+    Power(Box<Expression>, i32),
+    Call(Function, Box<Expression>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Function {
+    Sqrt,
+    Cbrt,
+    Exp,
+    Ln,
+    Sin,
+    Cos,
+}
+
+impl Expression {
+    pub(crate) fn evaluate<T: Field>(&self, z: T) -> T {
+        match self {
+            Self::Variable => z,
+            Self::Constant(value) => T::from_double_double(*value),
+            Self::Negate(inner) => -inner.evaluate(z),
+            Self::Binary(operator, left, right) => {
+                let (left, right) = (left.evaluate(z), right.evaluate(z));
+                match operator {
+                    Operator::Add => left + right,
+                    Operator::Subtract => left - right,
+                    Operator::Multiply => left * right,
+                    Operator::Divide => left / right,
+                }
+            }
+            Self::Power(base, exponent) => base.evaluate(z).powi(*exponent),
+            Self::Call(function, inner) => {
+                let x = inner.evaluate(z);
+                match function {
+                    Function::Sqrt => x.sqrt(),
+                    Function::Cbrt => x.cbrt(),
+                    Function::Exp => x.exp(),
+                    Function::Ln => x.ln(),
+                    Function::Sin => x.sin(),
+                    Function::Cos => x.cos(),
+                }
+            }
+        }
+    }
+
+    /// Parses a formula such as `1/(1+25(z-1/2)^2)`, `exp(-2z)`, `sin(3pi z)` or `e^(2z)`.
+    ///
+    /// Juxtaposition multiplies and binds like `*`; `^` takes an integer exponent, except on `e`.
+    pub(crate) fn parse(text: &str) -> Result<Self, BasisError> {
+        let fail = |reason: String| BasisError::Formula { formula: text.to_owned(), reason };
+        if text.len() > MAX_FORMULA_LENGTH {
+            return Err(BasisError::Formula {
+                formula: format!("{}...", text.chars().take(30).collect::<String>()),
+                reason: format!("{} bytes long, at most {MAX_FORMULA_LENGTH} are accepted", text.len()),
+            });
+        }
+        let mut parser = Parser { rest: text.trim_start() };
+        let expression = parser.sum().map_err(fail)?;
+        if let Some(unexpected) = parser.rest.chars().next() {
+            return Err(fail(format!("unexpected `{unexpected}`")));
+        }
+        Ok(expression)
+    }
+
+    fn constant(&self) -> Option<DoubleDouble> {
+        match self {
+            Self::Constant(value) => Some(*value),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn is_constant(&self) -> bool {
+        self.constant().is_some()
+    }
+
+    fn binary(operator: Operator, left: Self, right: Self) -> Self {
+        let one = DoubleDouble::one();
+        let zero = DoubleDouble::zero();
+        match (operator, left.constant(), right.constant()) {
+            (_, Some(_), Some(_)) => {
+                let folded = Self::Binary(operator, Box::new(left), Box::new(right));
+                Self::Constant(folded.evaluate(zero))
+            }
+            (Operator::Multiply, Some(c), _) if c == one => right,
+            (Operator::Multiply | Operator::Divide, _, Some(c)) if c == one => left,
+            (Operator::Add, Some(c), _) if c == zero => right,
+            (Operator::Add | Operator::Subtract, _, Some(c)) if c == zero => left,
+            _ => Self::Binary(operator, Box::new(left), Box::new(right)),
+        }
+    }
+
+    fn negated(self) -> Self {
+        match self {
+            Self::Constant(value) => Self::Constant(-value),
+            Self::Negate(inner) => *inner,
+            other => Self::Negate(Box::new(other)),
+        }
+    }
+}
+
+struct Parser<'a> {
+    rest: &'a str,
+}
+
+type Parsed = Result<Expression, String>;
+
+impl Parser<'_> {
+    fn peek(&self) -> Option<char> {
+        self.rest.chars().next()
+    }
+
+    fn skip(&mut self, bytes: usize) {
+        self.rest = self.rest[bytes..].trim_start();
+    }
+
+    fn accept(&mut self, token: char) -> bool {
+        let found = self.peek() == Some(token);
+        if found {
+            self.skip(token.len_utf8());
+        }
+        found
+    }
+
+    fn sum(&mut self) -> Parsed {
+        let mut left = self.product()?;
+        loop {
+            let operator = if self.accept('+') {
+                Operator::Add
+            } else if self.accept('-') {
+                Operator::Subtract
+            } else {
+                return Ok(left);
+            };
+            left = Expression::binary(operator, left, self.product()?);
+        }
+    }
+
+    fn product(&mut self) -> Parsed {
+        let mut left = self.signed()?;
+        loop {
+            if self.accept('*') {
+                left = Expression::binary(Operator::Multiply, left, self.signed()?);
+            } else if self.accept('/') {
+                left = Expression::binary(Operator::Divide, left, self.signed()?);
+            } else if self.peek().is_some_and(|c| c == '(' || c.is_ascii_alphanumeric() || c == '.') {
+                left = Expression::binary(Operator::Multiply, left, self.power()?);
+            } else {
+                return Ok(left);
+            }
+        }
+    }
+
+    fn signed(&mut self) -> Parsed {
+        if self.accept('-') {
+            Ok(self.signed()?.negated())
+        } else if self.accept('+') {
+            self.signed()
+        } else {
+            self.power()
+        }
+    }
+
+    fn power(&mut self) -> Parsed {
+        let is_e = self.rest.starts_with('e') && !self.rest.starts_with("exp");
+        let base = self.atom()?;
+        if !self.accept('^') {
+            return Ok(base);
+        }
+        let exponent = if self.accept('-') { self.atom()?.negated() } else { self.atom()? };
+        match exponent.constant().map(DoubleDouble::to_f64) {
+            Some(n) if n.fract() == 0.0 && n.abs() <= 64.0 => {
+                if base.is_constant() {
+                    return Ok(Expression::Constant(base.evaluate(DoubleDouble::zero()).powi(n as i32)));
+                }
+                Ok(if n == 1.0 { base } else { Expression::Power(Box::new(base), n as i32) })
+            }
+            _ if is_e => Ok(Expression::Call(Function::Exp, Box::new(exponent))),
+            _ => Err("an exponent must be an integer of size at most 64 (or the base e)".to_owned()),
+        }
+    }
+
+    fn atom(&mut self) -> Parsed {
+        match self.peek() {
+            None => Err("ends too early".to_owned()),
+            Some('(') => {
+                self.skip(1);
+                self.closed()
+            }
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
+            Some(c) if c.is_ascii_alphabetic() => self.word(),
+            Some(c) => Err(format!("unexpected `{c}`")),
+        }
+    }
+
+    fn closed(&mut self) -> Parsed {
+        let inner = self.sum()?;
+        if self.accept(')') { Ok(inner) } else { Err("a `)` is missing".to_owned()) }
+    }
+
+    fn number(&mut self) -> Parsed {
+        let end = self.rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(self.rest.len());
+        let digits = &self.rest[..end];
+        let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+        if fraction.contains('.') || digits.len() > 30 {
+            return Err(format!("`{digits}` is not a number"));
+        }
+        // Decimal digits are accumulated in double-double, so that 0.1 is 1/10 and not its nearest double.
+        let ten = DoubleDouble::from(10.0);
+        let value = whole
+            .bytes()
+            .chain(fraction.bytes())
+            .fold(DoubleDouble::zero(), |value, digit| value * ten + DoubleDouble::from(f64::from(digit - b'0')));
+        if whole.is_empty() && fraction.is_empty() {
+            return Err("`.` is not a number".to_owned());
+        }
+        let scale = ten.powi(fraction.len() as i32);
+        self.skip(end);
+        Ok(Expression::Constant(value / scale))
+    }
+
+    fn word(&mut self) -> Parsed {
+        let end = self.rest.find(|c: char| !c.is_ascii_alphabetic()).unwrap_or(self.rest.len());
+        let word = &self.rest[..end];
+        let function = match word {
+            "z" => None,
+            "pi" => {
+                self.skip(2);
+                return Ok(Expression::Constant(DoubleDouble::pi()));
+            }
+            "piz" => {
+                self.skip(2);
+                return Ok(Expression::Constant(DoubleDouble::pi()));
+            }
+            "e" => {
+                self.skip(1);
+                return Ok(Expression::Constant(DoubleDouble::one().exp()));
+            }
+            "sqrt" => Some(Function::Sqrt),
+            "cbrt" => Some(Function::Cbrt),
+            "exp" => Some(Function::Exp),
+            "ln" => Some(Function::Ln),
+            "sin" => Some(Function::Sin),
+            "cos" => Some(Function::Cos),
+            other => {
+                return Err(format!(
+                    "unknown name `{other}` (known: z, pi, e, sqrt, cbrt, exp, ln, sin, cos)"
+                ));
+            }
+        };
+        self.skip(end);
+        let Some(function) = function else { return Ok(Expression::Variable) };
+        if !self.accept('(') {
+            return Err(format!("`{word}` must be followed by `(`", word = function.name()));
+        }
+        let argument = self.closed()?;
+        let call = Expression::Call(function, Box::new(argument.clone()));
+        if argument.is_constant() {
+            return Ok(Expression::Constant(call.evaluate(DoubleDouble::zero())));
+        }
+        Ok(call)
+    }
+}
+
+impl Function {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Sqrt => "sqrt",
+            Self::Cbrt => "cbrt",
+            Self::Exp => "exp",
+            Self::Ln => "ln",
+            Self::Sin => "sin",
+            Self::Cos => "cos",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(formula: &str, z: f64) -> f64 {
+        Expression::parse(formula).unwrap().evaluate(z)
+    }
+
+    #[test]
+    fn formulas_follow_the_usual_precedence() {
+        let z: f64 = 0.3;
+        for (formula, expected) in [
+            ("z^3", z.powi(3)),
+            ("-z^2", -z.powi(2)),
+            ("2z", 0.6),
+            ("exp(-2z)", (-2.0 * z).exp()),
+            ("e^-z", (-z).exp()),
+            ("e^(2z)", (2.0 * z).exp()),
+            ("sin(3pi z)", (3.0 * std::f64::consts::PI * z).sin()),
+            ("sin(3piz)", (3.0 * std::f64::consts::PI * z).sin()),
+            ("1/(1/4+z)", 1.0 / (0.25 + z)),
+            ("1/(1+25(z-1/2)^2)", 1.0 / (1.0 + 25.0 * (z - 0.5).powi(2))),
+            ("z/(1+z^2)", z / (1.0 + z * z)),
+            ("cbrt(z+1/16) - 0.5", (z + 0.0625).cbrt() - 0.5),
+            ("1 - 2 - z", -1.3),
+            ("(1+z)^-2", (1.0 + z).powi(-2)),
+        ] {
+            assert!((value(formula, z) - expected).abs() < 1e-15, "{formula}");
+        }
+    }
+
+    #[test]
+    fn spaces_and_neutral_factors_do_not_matter() {
+        let parse = |text| Expression::parse(text).unwrap();
+        assert_eq!(parse("exp(1z)"), parse(" e^z "));
+        assert_eq!(parse("ln(1+1z)"), parse("ln( 1 + z )"));
+        assert_eq!(parse("sin(1pi z)"), parse("sin(pi*z)"));
+    }
+
+    #[test]
+    fn malformed_formulas_are_errors() {
+        for formula in ["", "z^", "z^0.5", "exp z", "foo(z)", "(z", "z)", "1..2", "z $ 2", ".", "z^99", "é", "exp(é)"] {
+            let error = Expression::parse(formula).unwrap_err().to_string();
+            assert!(error.contains(formula), "{formula}: {error}");
+        }
+        assert!(Expression::parse(&"(".repeat(100_000)).is_err());
+    }
+}

@@ -1,0 +1,220 @@
+//! Primal simplex method in double-double over finitely many depths, with columns added where the dual function
+//! exceeds the step: a linear program over the whole interval, not over a grid.
+
+use super::certificate::{EXCESS_TOLERANCE, Step};
+use super::prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
+use crate::arithmetic::{DoubleDouble, Real};
+use crate::dense::{Factors, dot};
+use crate::error::MomentError;
+
+/// Cost of an artificial variable. Duals are bounded by it; the steepest ones in the reference vectors reach 1e9.
+const ARTIFICIAL_COST: f64 = 1e12;
+
+/// Share of a full-support distribution that is mixed in for the pivoting rules, so that kernels with few surfaces
+/// are not degenerate vertices. Final values are computed without it. The bound may react to a perturbation by its
+/// square root, so this leaves 1e-12.
+const PERTURBATION: f64 = 1e-24;
+
+/// Reduced costs above minus this count as optimal.
+const OPTIMALITY_TOLERANCE: f64 = 1e-13;
+
+/// Pivot elements below this share of the largest are not used.
+const PIVOT_TOLERANCE: f64 = 1e-18;
+
+/// Pivots between two exchanges: about ten times what the hardest test needs.
+const MAX_PIVOTS: usize = 4000;
+
+/// Exchanges: convergence is quadratic near the solution; more means that something is wrong.
+const MAX_EXCHANGES: usize = 60;
+
+/// Uniform depths that every program starts from.
+const START_GRID: usize = 64;
+
+struct Column {
+    z: f64,
+    entries: Vec<DoubleDouble>,
+    cost: f64,
+}
+
+/// Optimal vertex of one program.
+pub(crate) struct Solution {
+    /// y over the orthonormal rows.
+    pub dual: Vec<DoubleDouble>,
+    /// Objective value of the primal solution (without artificial costs).
+    pub primal_value: f64,
+    /// y . b minus the proved excess: a bound whatever happened before.
+    pub proved: f64,
+    /// Proved excess of the dual function over the step.
+    pub excess: f64,
+    /// Depths with weights.
+    pub support: Vec<(f64, f64)>,
+}
+
+/// Minimises E\[p\] over distributions on \[0, 1\] with the moments `right_hand_side` (orthonormal coordinates).
+///
+/// `extra` are depths to start from besides the uniform grid and z_f, such as the kernel's own.
+pub(crate) fn minimise(
+    prepared: &PreparedBasis,
+    right_hand_side: &[DoubleDouble],
+    step: Step,
+    extra: &[f64],
+) -> Result<Solution, MomentError> {
+    let mut program = Program::new(prepared, right_hand_side, step, extra);
+    for _ in 0..MAX_EXCHANGES {
+        program.optimise()?;
+        let dual = program.dual()?;
+        let violations = prepared.violations(&dual, step, EXCESS_TOLERANCE);
+        if violations.is_empty() || !program.add_columns(violations.iter().map(|&(z, _)| z)) {
+            break;
+        }
+    }
+    program.finish()
+}
+
+struct Program<'a> {
+    prepared: &'a PreparedBasis,
+    step: Step,
+    target: Vec<DoubleDouble>,
+    perturbed: Vec<DoubleDouble>,
+    /// The first `rank` columns are artificial unit columns with z = NaN.
+    columns: Vec<Column>,
+    basic: Vec<usize>,
+}
+
+impl<'a> Program<'a> {
+    fn new(prepared: &'a PreparedBasis, target: &[DoubleDouble], step: Step, extra: &[f64]) -> Self {
+        let rank = prepared.rank();
+        let mut depths: Vec<f64> = (0..=START_GRID).map(|i| i as f64 / START_GRID as f64).collect();
+        depths.extend_from_slice(extra);
+        depths.push(step.z_f());
+        depths.sort_by(f64::total_cmp);
+        depths.dedup();
+        let mut program = Self {
+            prepared,
+            step,
+            target: target.to_vec(),
+            perturbed: target.to_vec(),
+            columns: Vec::new(),
+            basic: (0..rank).collect(),
+        };
+        let real: Vec<Column> = depths.iter().map(|&z| program.column(z)).collect();
+        let share = DoubleDouble::from(PERTURBATION / real.len() as f64);
+        for (j, column) in real.iter().enumerate() {
+            // Unequal weights (golden-ratio sequence), so that ties are broken whatever the symmetry.
+            let weight = share * DoubleDouble::from(0.5 + (j as f64 * 0.618_033_988_749_895).fract());
+            for (value, &entry) in program.perturbed.iter_mut().zip(&column.entries) {
+                *value = *value + weight * entry;
+            }
+        }
+        for row in 0..rank {
+            let sign = if program.perturbed[row] < DoubleDouble::zero() { -1.0 } else { 1.0 };
+            let entries = (0..rank).map(|i| DoubleDouble::from(if i == row { sign } else { 0.0 })).collect();
+            program.columns.push(Column { z: f64::NAN, entries, cost: ARTIFICIAL_COST });
+        }
+        program.columns.extend(real);
+        program
+    }
+
+    fn column(&self, z: f64) -> Column {
+        Column { z, entries: self.prepared.column(z), cost: self.step.at(z) }
+    }
+
+    /// Adds columns for new depths; false if all were there.
+    fn add_columns(&mut self, depths: impl Iterator<Item = f64>) -> bool {
+        let before = self.columns.len();
+        for z in depths {
+            if !self.columns.iter().any(|column| column.z == z) {
+                self.columns.push(self.column(z));
+            }
+        }
+        self.columns.len() > before
+    }
+
+    fn factors(&self) -> Result<Factors<DoubleDouble>, MomentError> {
+        let rank = self.basic.len();
+        Factors::new(rank, |i, j| self.columns[self.basic[j]].entries[i])
+            .ok_or_else(|| failure("the basis matrix became singular"))
+    }
+
+    fn costs(&self) -> Vec<DoubleDouble> {
+        self.basic.iter().map(|&j| DoubleDouble::from(self.columns[j].cost)).collect()
+    }
+
+    fn dual(&self) -> Result<Vec<DoubleDouble>, MomentError> {
+        Ok(self.factors()?.solve_transposed(&self.costs()))
+    }
+
+    fn optimise(&mut self) -> Result<(), MomentError> {
+        let artificial = self.prepared.rank();
+        for _ in 0..MAX_PIVOTS {
+            let factors = self.factors()?;
+            let y = factors.solve_transposed(&self.costs());
+            let mut entering = None;
+            let mut smallest = -OPTIMALITY_TOLERANCE;
+            for (j, column) in self.columns.iter().enumerate().skip(artificial) {
+                let reduced = (DoubleDouble::from(column.cost) - dot(&y, &column.entries)).to_f64();
+                if reduced < smallest {
+                    smallest = reduced;
+                    entering = Some(j);
+                }
+            }
+            let Some(entering) = entering else { return Ok(()) };
+            let x = factors.solve(&self.perturbed);
+            let direction = factors.solve(&self.columns[entering].entries);
+            let largest = direction.iter().map(|d| d.to_f64().abs()).fold(0.0, f64::max);
+            let mut leaving: Option<(usize, f64, f64)> = None;
+            for (i, (x, d)) in x.iter().zip(&direction).enumerate() {
+                let d = d.to_f64();
+                if d > PIVOT_TOLERANCE * largest {
+                    let ratio = x.to_f64().max(0.0) / d;
+                    let better = leaving.is_none_or(|(_, best, pivot)| ratio < best || (ratio == best && d > pivot));
+                    if better {
+                        leaving = Some((i, ratio, d));
+                    }
+                }
+            }
+            let Some((row, ..)) = leaving else { return Err(failure("unbounded direction")) };
+            if self.basic.contains(&entering) {
+                return Err(failure("a basic column prices out negative"));
+            }
+            self.basic[row] = entering;
+        }
+        Err(failure("too many pivots"))
+    }
+
+    fn finish(self) -> Result<Solution, MomentError> {
+        let factors = self.factors()?;
+        let x = factors.solve(&self.target);
+        let y = factors.solve_transposed(&self.costs());
+        let is_artificial = |j: usize| self.columns[j].z.is_nan();
+        let mut residual = 0.0f64;
+        let mut target = self.target.clone();
+        let mut support = Vec::new();
+        let mut primal = DoubleDouble::zero();
+        for (&j, &weight) in self.basic.iter().zip(&x) {
+            let column = &self.columns[j];
+            if is_artificial(j) {
+                residual = residual.max(weight.to_f64().abs());
+                for (value, &entry) in target.iter_mut().zip(&column.entries) {
+                    *value = *value - weight * entry;
+                }
+            } else {
+                primal = primal + weight * DoubleDouble::from(column.cost);
+                support.push((column.z, weight.to_f64()));
+            }
+        }
+        if residual.is_nan() || residual > FEASIBILITY_TOLERANCE {
+            return Err(MomentError::Infeasible { residual });
+        }
+        let excess = self.prepared.excess(&y, self.step).max(0.0);
+        // Moments within the tolerance of the feasible set were projected onto it: `target` is what x attains.
+        let dual_value = dot(&y, &target).to_f64();
+        let rounding: f64 = y.iter().zip(&target).map(|(y, b)| (y.to_f64() * b.to_f64()).abs()).sum();
+        let proved = dual_value - excess - rounding * 1e-28 - f64::EPSILON;
+        Ok(Solution { dual: y, primal_value: primal.to_f64(), proved, excess, support })
+    }
+}
+
+fn failure(message: &str) -> MomentError {
+    MomentError::Solver { name: "exchange simplex".to_owned(), message: message.to_owned() }
+}
