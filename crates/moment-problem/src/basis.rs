@@ -2,7 +2,7 @@
 
 use crate::arithmetic::{Ball, DoubleDouble, Field, Jet};
 use crate::error::BasisError;
-use crate::expression::Expression;
+use crate::expression::{Expression, Function, Operator};
 use serde::Deserialize;
 use std::fmt;
 use std::path::Path;
@@ -91,6 +91,20 @@ impl BasisFunction {
             }
             _ => None,
         }
+    }
+
+    /// c, if the function is e^(c z) with c > 0.
+    pub fn exponential(&self) -> Option<f64> {
+        let Expression::Call(Function::Exp, argument) = &*self.expression else { return None };
+        let factor = match &**argument {
+            Expression::Variable => 1.0,
+            Expression::Binary(Operator::Multiply, c, z) if **z == Expression::Variable => {
+                let Expression::Constant(c) = &**c else { return None };
+                c.to_f64()
+            }
+            _ => return None,
+        };
+        (factor > 0.0).then_some(factor)
     }
 
     fn monomial(k: usize) -> Self {
@@ -226,8 +240,10 @@ impl Basis {
         struct FamilyFile {
             functions: Vec<String>,
         }
-        let fail =
-            |reason: String| BasisError::Family { path: path.display().to_string(), reason: first_line(&reason) };
+        let fail = |reason: String| BasisError::Family {
+            path: path.display().to_string(),
+            reason: first_line(&reason),
+        };
         let text = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
         let file: FamilyFile = toml::from_str(&text).map_err(|error| fail(error.message().to_owned()))?;
         let mut functions: Vec<BasisFunction> = Vec::new();

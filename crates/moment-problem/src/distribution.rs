@@ -26,7 +26,9 @@ impl DepthDistribution {
         if let Some((index, &value)) = depths.iter().enumerate().find(|(_, z)| !z.is_finite()) {
             return Err(DistributionError::Depth { index, value });
         }
-        if let Some((index, &value)) = weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w >= 0.0)) {
+        if let Some((index, &value)) =
+            weights.iter().enumerate().find(|(_, w)| !(w.is_finite() && **w >= 0.0))
+        {
             return Err(DistributionError::Weight { index, value });
         }
         let mut atoms: Vec<(f64, f64)> =
@@ -107,7 +109,9 @@ mod tests {
 
     #[test]
     fn impossible_distributions_are_errors_with_the_number() {
-        let error = |depths: &[f64], weights: &[f64]| DepthDistribution::new(depths, weights).unwrap_err().to_string();
+        let error = |depths: &[f64], weights: &[f64]| {
+            DepthDistribution::new(depths, weights).unwrap_err().to_string()
+        };
         assert!(error(&[], &[]).contains("at least one atom"));
         assert!(error(&[0.1], &[0.9]).contains("0.9"));
         assert!(error(&[0.1, f64::NAN], &[0.5, 0.5]).contains("depth 1 is NaN"));

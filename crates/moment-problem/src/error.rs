@@ -124,7 +124,9 @@ pub enum MomentError {
         value: f64,
     },
     /// No distribution on the interval has these moments.
-    #[error("no distribution on the interval has these moments (they miss the set of moments by {residual:e})")]
+    #[error(
+        "no distribution on the interval has these moments (they miss the set of moments by {residual:e})"
+    )]
     Infeasible {
         /// Distance to the set of moment vectors in orthonormal coordinates, or the violated quantity.
         residual: f64,

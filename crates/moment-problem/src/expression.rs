@@ -228,10 +228,9 @@ impl Parser<'_> {
         }
         // Decimal digits are accumulated in double-double, so that 0.1 is 1/10 and not its nearest double.
         let ten = DoubleDouble::from(10.0);
-        let value = whole
-            .bytes()
-            .chain(fraction.bytes())
-            .fold(DoubleDouble::zero(), |value, digit| value * ten + DoubleDouble::from(f64::from(digit - b'0')));
+        let value = whole.bytes().chain(fraction.bytes()).fold(DoubleDouble::zero(), |value, digit| {
+            value * ten + DoubleDouble::from(f64::from(digit - b'0'))
+        });
         if whole.is_empty() && fraction.is_empty() {
             return Err("`.` is not a number".to_owned());
         }
@@ -337,7 +336,9 @@ mod tests {
 
     #[test]
     fn malformed_formulas_are_errors() {
-        for formula in ["", "z^", "z^0.5", "exp z", "foo(z)", "(z", "z)", "1..2", "z $ 2", ".", "z^99", "é", "exp(é)"] {
+        for formula in
+            ["", "z^", "z^0.5", "exp z", "foo(z)", "(z", "z)", "1..2", "z $ 2", ".", "z^99", "é", "exp(é)"]
+        {
             let error = Expression::parse(formula).unwrap_err().to_string();
             assert!(error.contains(formula), "{formula}: {error}");
         }

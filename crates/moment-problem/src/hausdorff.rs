@@ -38,9 +38,9 @@ fn solve<R: Real>(moments: &[R; 4], z_f: R, floor_scale: f64) -> Solution<R> {
     let (zero, one) = (R::zero(), R::one());
     let hamburger = canonical(moments, z_f, floor_scale);
     // z_f + 1/w lies in [0, 1] exactly if w z_f <= -1 or w (1 - z_f) >= 1.
-    let inside = hamburger.inverse_offsets[..hamburger.count].iter().all(|&w| {
-        if w < zero { w * z_f <= -one } else { w * (one - z_f) >= one }
-    });
+    let inside = hamburger.inverse_offsets[..hamburger.count]
+        .iter()
+        .all(|&w| if w < zero { w * z_f <= -one } else { w * (one - z_f) >= one });
     // Fewer points than three mean that the moments determine the distribution: its points are inside, and rounding
     // must not send us to the other branch.
     if inside || hamburger.count < 2 {
@@ -108,8 +108,12 @@ pub(crate) fn support<R: Real>(moments: &[R; 4], z_f: R, floor_scale: f64) -> Su
         Solution::Ends { free } => {
             let weights = end_weights(moments, z_f, free);
             let rest = R::one() - weights.at_zero - weights.at_z_f - weights.at_one;
-            let points =
-                [(z_f, weights.at_z_f), (R::zero(), weights.at_zero), (free, rest), (R::one(), weights.at_one)];
+            let points = [
+                (z_f, weights.at_z_f),
+                (R::zero(), weights.at_zero),
+                (free, rest),
+                (R::one(), weights.at_one),
+            ];
             Support { points, count: 4 }
         }
     }

@@ -92,11 +92,13 @@ pub fn quartic<R: Real>(a: R, b: R, c: R, d: R) -> [R; 4] {
     // is kept; dividing by it from the constant end does not cancel.
     let coefficients = [a, b, c, d];
     let larger = |x: R, y: R| if y.abs() > x.abs() { y } else { x };
-    let largest = polish(&coefficients, larger(larger(y1 + shift, y2 + shift), larger(y3 + shift, y4 + shift)));
+    let largest =
+        polish(&coefficients, larger(larger(y1 + shift, y2 + shift), larger(y3 + shift, y4 + shift)));
     let constant_term = -(d / largest);
     let linear = (constant_term - c) / largest;
     let [x1, x2, x3] = cubic((linear - b) / largest, linear, constant_term);
-    let mut roots = [polish(&coefficients, x1), polish(&coefficients, x2), polish(&coefficients, x3), largest];
+    let mut roots =
+        [polish(&coefficients, x1), polish(&coefficients, x2), polish(&coefficients, x3), largest];
     sort(&mut roots);
     roots
 }
@@ -211,7 +213,15 @@ mod tests {
 
     #[test]
     fn multiple_roots_and_zeros_are_finite() {
-        for roots in [vec![0.0; 2], vec![0.0; 3], vec![0.0; 4], vec![1.0; 3], vec![2.0; 4], vec![0.0, 0.0, 1.0], vec![-1.0, -1.0, 1.0, 1.0]] {
+        for roots in [
+            vec![0.0; 2],
+            vec![0.0; 3],
+            vec![0.0; 4],
+            vec![1.0; 3],
+            vec![2.0; 4],
+            vec![0.0, 0.0, 1.0],
+            vec![-1.0, -1.0, 1.0, 1.0],
+        ] {
             check::<f64>(roots.clone(), 1e-3);
         }
     }

@@ -72,21 +72,22 @@ pub(crate) fn lower_candidate<R: Real>(moments: &[R; 4], z_f: R) -> Option<Candi
 
     let h = forms(moments);
     let rotated = forms(&rotate(moments, sine, cosine));
-    let quadratic = node_quadratic(&rotated);
-    if is_rank_one(&quadratic) {
-        return Some(one_surface(moments, sine, cosine, z_f));
-    }
-    let through_z_f = three_points(&rotated, quadratic, |x| x * sine < -cosine).map(|candidate| Candidate {
-        // Back from cot pi (z - z_f) to cot pi z.
-        free: candidate.free.map(|(x, w)| ((x * cosine - sine) / (x * sine + cosine), w)),
-        at_z_f: candidate.at_seam,
-        at_seam: zero,
-        ..candidate
-    });
+    // A point within rounding of the seam does not count as in front: at the seam it need not shadow.
+    let noise = R::from_f64(RANK_ROUNDINGS * R::EPSILON);
+    let through_z_f =
+        three_points(&rotated, |x| x * sine + cosine < -(noise * (one + x.abs()))).map(|candidate| {
+            Candidate {
+                // Back from cot pi (z - z_f) to cot pi z.
+                free: candidate.free.map(|(x, w)| ((x * cosine - sine) / (x * sine + cosine), w)),
+                at_z_f: candidate.at_seam,
+                at_seam: zero,
+                ..candidate
+            }
+        });
     if sine <= zero {
         return through_z_f; // z_f = 1: both jumps coincide
     }
-    let through_seam = three_points(&h, node_quadratic(&h), |x| x * sine > cosine);
+    let through_seam = three_points(&h, |x| x * sine - cosine > noise * (one + x.abs()));
     let tolerance = -R::from_f64(WEIGHT_ROUNDINGS * R::EPSILON);
     let four = [one_each_side(&h, sine, cosine), both_in_front(&h, sine, cosine)]
         .into_iter()
@@ -138,28 +139,30 @@ fn node_quadratic<R: Real>(h: &[R; 5]) -> [R; 3] {
     [h[2] * h[0] - h[1] * h[1], h[1] * h[2] - h[3] * h[0], h[3] * h[1] - h[2] * h[2]]
 }
 
-fn is_rank_one<R: Real>(quadratic: &[R; 3]) -> bool {
-    let noise = R::from_f64(RANK_ROUNDINGS * R::EPSILON);
-    quadratic.iter().all(|coefficient| coefficient.abs() <= noise)
-}
-
-/// All mass at one depth, read off the first trigonometric moment.
-fn one_surface<R: Real>(moments: &[R; 4], sine: R, cosine: R, z_f: R) -> Candidate<R> {
-    let [s1, c1, ..] = *moments;
+/// At most one surface besides the point at s = 0, read off the moments of lowest order.
+fn two_points<R: Real>(h: &[R; 5], in_front: impl Fn(R) -> bool) -> Candidate<R> {
     let (zero, one) = (R::zero(), R::one());
-    // Half-angle: x = cot pi z = (1 + cos 2 pi z) / sin 2 pi z; mass at the seam does not shadow.
-    let in_front = |x: R| x * sine > cosine || z_f >= one;
-    let at_seam = c1 > zero && s1.abs() <= R::from_f64(RANK_ROUNDINGS * R::EPSILON);
-    let x = if s1 == zero { zero } else { (one + c1) / s1 };
-    let front = if !at_seam && in_front(x) { one } else { zero };
-    let points = if at_seam { [(zero, zero); 2] } else { [(x, one), (x, zero)] };
-    Candidate { front, smallest_weight: zero, free: points, at_z_f: zero, at_seam: if at_seam { one } else { zero } }
+    let (mixed, square) = (h[1] + h[3], h[0] + h[2]);
+    let noise = R::from_f64(RANK_ROUNDINGS * R::EPSILON);
+    let (x, weight) = if square <= noise {
+        (zero, zero)
+    } else {
+        let x = mixed / square;
+        (x, (square * (one + x * x)).min(one))
+    };
+    let front = if in_front(x) { weight } else { zero };
+    let rest = one - weight;
+    Candidate { front, smallest_weight: rest, free: [(x, weight), (x, zero)], at_z_f: zero, at_seam: rest }
 }
 
 /// Canonical representation with a point at s = 0 of the frame of `h` (its weight is returned as `at_seam`).
-fn three_points<R: Real>(h: &[R; 5], quadratic: [R; 3], in_front: impl Fn(R) -> bool) -> Option<Candidate<R>> {
+fn three_points<R: Real>(h: &[R; 5], in_front: impl Fn(R) -> bool) -> Option<Candidate<R>> {
     let (zero, one) = (R::zero(), R::one());
-    let [alpha, beta, gamma] = quadratic;
+    let [alpha, beta, gamma] = node_quadratic(h);
+    let noise = R::from_f64(RANK_ROUNDINGS * R::EPSILON);
+    if alpha.abs() <= noise && beta.abs() <= noise && gamma.abs() <= noise {
+        return Some(two_points(h, in_front));
+    }
     // alpha vanishes with one surface besides s = 0 only; then solve for 1 / x, whose roots are never both infinite.
     let [x1, x2] = if alpha.abs() * R::from_f64(1.0 / R::EPSILON) > gamma.abs() {
         roots::quadratic(beta / alpha, gamma / alpha)
@@ -179,7 +182,6 @@ fn three_points<R: Real>(h: &[R; 5], quadratic: [R; 3], in_front: impl Fn(R) -> 
     let (w1, w2) = (weight(x1, x2), weight(x2, x1));
     let rest = one - w1 - w2;
     let count = |x: R, w: R| if in_front(x) { w } else { zero };
-    // Where all free points lie in front, 1 - rest is the better-rounded sum; both are the same number.
     Some(Candidate {
         front: count(x1, w1) + count(x2, w2),
         smallest_weight: w1.min(w2).min(rest),
@@ -195,7 +197,14 @@ fn reduced<R: Real>(h: &[R; 5], sine: R, cosine: R) -> [R; 3] {
 }
 
 /// Case 3 with the points given: weights from the reduced moments.
-fn four_points<R: Real>(h: &[R; 5], sine: R, cosine: R, xa: R, xb: R, b_in_front: bool) -> Option<Candidate<R>> {
+fn four_points<R: Real>(
+    h: &[R; 5],
+    sine: R,
+    cosine: R,
+    xa: R,
+    xb: R,
+    b_in_front: bool,
+) -> Option<Candidate<R>> {
     let one = R::one();
     let s = reduced(h, sine, cosine);
     let weight = |x: R, other: R| {
@@ -243,9 +252,8 @@ fn one_each_side<R: Real>(h: &[R; 5], sine: R, cosine: R) -> Option<Candidate<R>
     let constant = R::from_f64;
     let s = reduced(h, sine, cosine);
     // Numerator and denominator of x_b as a function of x = x_a, times sin(pi z_f).
-    let numerator = |x: R| {
-        ((constant(2.0) * cosine - x * sine) * x + constant(3.0) * sine) * x - constant(2.0) * cosine
-    };
+    let numerator =
+        |x: R| ((constant(2.0) * cosine - x * sine) * x + constant(3.0) * sine) * x - constant(2.0) * cosine;
     let denominator = |x: R| (constant(4.0) * cosine - constant(3.0) * x * sine) * x + sine;
     // The quartic, divided by powers of x where x is large so that it stays finite.
     let quartic = |x: R| {
@@ -274,7 +282,10 @@ fn one_each_side<R: Real>(h: &[R; 5], sine: R, cosine: R) -> Option<Candidate<R>
         let moved = (next - x).abs();
         x = next;
         let value = quartic(x);
-        if value == R::zero() || moved <= constant(R::EPSILON) * x.abs() || (high - low) <= constant(R::EPSILON) * x {
+        if value == R::zero()
+            || moved <= constant(R::EPSILON) * x.abs()
+            || (high - low) <= constant(R::EPSILON) * x
+        {
             break;
         }
         if (value < R::zero()) == (value_low < R::zero()) {

@@ -174,10 +174,12 @@ mod tests {
     fn enclosures_contain_sampled_values() {
         let expression = |x: Ball| {
             let one = Ball::from_f64(1.0);
-            (x * x).exp() / (one + x) + (one + x).ln() * x.sin() - (x + one).sqrt() * x.cos() + (x + one).cbrt()
+            (x * x).exp() / (one + x) + (one + x).ln() * x.sin() - (x + one).sqrt() * x.cos()
+                + (x + one).cbrt()
         };
         let plain = |x: f64| {
-            (x * x).exp() / (1.0 + x) + (1.0 + x).ln() * x.sin() - (x + 1.0).sqrt() * x.cos() + (x + 1.0).cbrt()
+            (x * x).exp() / (1.0 + x) + (1.0 + x).ln() * x.sin() - (x + 1.0).sqrt() * x.cos()
+                + (x + 1.0).cbrt()
         };
         for i in 0..50 {
             let (low, high) = (f64::from(i) * 0.02, f64::from(i) * 0.02 + 0.01);
@@ -185,7 +187,10 @@ mod tests {
             assert!(ball.upper() - ball.lower() < 0.2, "useless enclosure {ball:?}");
             for k in 0..=10 {
                 let value = plain(low + (high - low) * f64::from(k) / 10.0);
-                assert!(ball.lower() <= value + 1e-15 && value - 1e-15 <= ball.upper(), "{value} outside {ball:?}");
+                assert!(
+                    ball.lower() <= value + 1e-15 && value - 1e-15 <= ball.upper(),
+                    "{value} outside {ball:?}"
+                );
             }
         }
     }
@@ -193,7 +198,9 @@ mod tests {
     #[test]
     fn impossible_operations_are_unbounded_not_wrong() {
         let around_zero = Ball::interval(-0.1, 0.1);
-        for ball in [Ball::from_f64(1.0) / around_zero, around_zero.ln(), around_zero.sqrt(), around_zero.cbrt()] {
+        for ball in
+            [Ball::from_f64(1.0) / around_zero, around_zero.ln(), around_zero.sqrt(), around_zero.cbrt()]
+        {
             assert_eq!(ball.upper(), f64::INFINITY);
             assert_eq!(ball.lower(), f64::NEG_INFINITY);
         }

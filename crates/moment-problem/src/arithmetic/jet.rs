@@ -124,7 +124,10 @@ mod tests {
     fn derivatives_match_central_differences() {
         fn f<T: Field>(x: T) -> T {
             let one = T::from_f64(1.0);
-            (x * x).exp() / (one + x).powi(3) + (one + x).ln() * x.sin() * x.cos() + (x + one).sqrt() + x.cbrt()
+            (x * x).exp() / (one + x).powi(3)
+                + (one + x).ln() * x.sin() * x.cos()
+                + (x + one).sqrt()
+                + x.cbrt()
         }
         for x in [0.1f64, 0.35, 0.8] {
             let jet = f(Jet::variable(x));

@@ -100,7 +100,10 @@ impl PreparedBasis {
             // Of neighbouring cells keep the highest: one column a peak is enough.
             for (i, &(z, excess, left)) in peaks.iter().enumerate() {
                 let adjacent = |j: usize| {
-                    peaks.get(j).filter(|other| (other.2 - left).abs() < 3.0 * HALF_CELL).map_or(0.0, |other| other.1)
+                    peaks
+                        .get(j)
+                        .filter(|other| (other.2 - left).abs() < 3.0 * HALF_CELL)
+                        .map_or(0.0, |other| other.1)
                 };
                 let before = if i > 0 { adjacent(i - 1) } else { 0.0 };
                 if excess >= before && excess > adjacent(i + 1) {
@@ -155,7 +158,9 @@ fn cell_bound(cell: &Cell, y: &[f64]) -> f64 {
         size += (y * a).abs() + (y * a1).abs() * HALF_CELL;
     }
     // 32 roundings cover the sums of at most 17 terms and the rounding of the table and of y.
-    value + slope.abs() * HALF_CELL + 0.5 * curvature.max(0.0) * HALF_CELL * HALF_CELL * (1.0 + 1e-12)
+    value
+        + slope.abs() * HALF_CELL
+        + 0.5 * curvature.max(0.0) * HALF_CELL * HALF_CELL * (1.0 + 1e-12)
         + size * 32.0 * f64::EPSILON
 }
 

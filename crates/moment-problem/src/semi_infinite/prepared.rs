@@ -103,8 +103,11 @@ impl PreparedBasis {
         let jets = self.jets(Jet::variable(DoubleDouble::from(centre)));
         let values = jets.iter().map(|jet| (jet.value.to_f64(), jet.first.to_f64())).collect();
         let range = Ball::interval(centre - HALF_CELL, centre + HALF_CELL);
-        let curvature =
-            self.jets(Jet::variable(range)).iter().map(|jet| (jet.second.lower(), jet.second.upper())).collect();
+        let curvature = self
+            .jets(Jet::variable(range))
+            .iter()
+            .map(|jet| (jet.second.lower(), jet.second.upper()))
+            .collect();
         Cell { centre, values, curvature }
     }
 
@@ -127,7 +130,11 @@ impl PreparedBasis {
                 let constant = Jet::from_double_double(row[0]);
                 row[1..].iter().zip(&functions).fold(constant, |sum, (&c, &f)| {
                     let c = T::from_double_double(c);
-                    Jet { value: sum.value + c * f.value, first: sum.first + c * f.first, second: sum.second + c * f.second }
+                    Jet {
+                        value: sum.value + c * f.value,
+                        first: sum.first + c * f.first,
+                        second: sum.second + c * f.second,
+                    }
                 })
             })
             .collect()
@@ -163,7 +170,11 @@ impl PreparedBasis {
         self.basis.functions().iter().zip(&coefficients[1..]).fold(constant, |sum, (function, &c)| {
             let f = function.evaluate(z);
             let c = T::from_double_double(c);
-            Jet { value: sum.value + c * f.value, first: sum.first + c * f.first, second: sum.second + c * f.second }
+            Jet {
+                value: sum.value + c * f.value,
+                first: sum.first + c * f.first,
+                second: sum.second + c * f.second,
+            }
         })
     }
 }

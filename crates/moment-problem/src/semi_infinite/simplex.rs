@@ -167,7 +167,8 @@ impl<'a> Program<'a> {
                 let d = d.to_f64();
                 if d > PIVOT_TOLERANCE * largest {
                     let ratio = x.to_f64().max(0.0) / d;
-                    let better = leaving.is_none_or(|(_, best, pivot)| ratio < best || (ratio == best && d > pivot));
+                    let better =
+                        leaving.is_none_or(|(_, best, pivot)| ratio < best || (ratio == best && d > pivot));
                     if better {
                         leaving = Some((i, ratio, d));
                     }
