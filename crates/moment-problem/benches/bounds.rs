@@ -1,7 +1,9 @@
 //! Nanoseconds per bound: scalar closed forms, single-precision batches, and linear programs.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use moment_problem::batch::{Batch, chebyshev_batch, hamburger4_batch, hamburger6_batch};
+use moment_problem::batch::{
+    Batch, VectorWidth, chebyshev_batch_at, hamburger4_batch_at, hamburger6_batch_at,
+};
 use moment_problem::hamburger::hamburger;
 use moment_problem::hausdorff::hausdorff4;
 use moment_problem::trigonometric::trigonometric4;
@@ -76,21 +78,23 @@ fn batches(criterion: &mut Criterion) {
     }
     let [b1, b2, b3, b4, b5, b6] = moments.each_ref().map(Vec::as_slice);
     let mut lower = vec![0.0f32; COUNT];
-    let mut group = criterion.benchmark_group("f32 batch");
-    group.throughput(Throughput::Elements(COUNT as u64));
-    group.bench_function("Chebyshev", |bencher| {
-        bencher.iter(|| chebyshev_batch(black_box(&Batch { moments: [b1, b2], z_f: &z_f }), &mut lower))
-    });
-    group.bench_function("Hamburger 4", |bencher| {
-        bencher
-            .iter(|| hamburger4_batch(black_box(&Batch { moments: [b1, b2, b3, b4], z_f: &z_f }), &mut lower))
-    });
-    group.bench_function("Hamburger 6", |bencher| {
-        bencher.iter(|| {
-            hamburger6_batch(black_box(&Batch { moments: [b1, b2, b3, b4, b5, b6], z_f: &z_f }), &mut lower)
-        })
-    });
-    group.finish();
+    for width in VectorWidth::available() {
+        let mut group = criterion.benchmark_group(format!("f32 batch {width:?}"));
+        group.throughput(Throughput::Elements(COUNT as u64));
+        let two = Batch { moments: [b1, b2], z_f: &z_f };
+        let four = Batch { moments: [b1, b2, b3, b4], z_f: &z_f };
+        let six = Batch { moments: [b1, b2, b3, b4, b5, b6], z_f: &z_f };
+        group.bench_function("Chebyshev", |bencher| {
+            bencher.iter(|| chebyshev_batch_at(width, black_box(&two), &mut lower))
+        });
+        group.bench_function("Hamburger 4", |bencher| {
+            bencher.iter(|| hamburger4_batch_at(width, black_box(&four), &mut lower))
+        });
+        group.bench_function("Hamburger 6", |bencher| {
+            bencher.iter(|| hamburger6_batch_at(width, black_box(&six), &mut lower))
+        });
+        group.finish();
+    }
 }
 
 fn programs(criterion: &mut Criterion) {

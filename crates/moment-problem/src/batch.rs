@@ -33,10 +33,11 @@ const PIVOT_FLOOR: f32 = 4.0 * f32::EPSILON;
 /// Divisors are kept above this, so that no lane divides by zero.
 const TINY: f32 = 1e-30;
 
-/// `select(c, a, b)` that compiles to a blend.
+/// a where the condition holds, else b, by masks: a branch here would keep the loop from being vectorised.
 #[inline(always)]
 fn select(condition: bool, a: f32, b: f32) -> f32 {
-    if condition { a } else { b }
+    let mask = u32::from(condition).wrapping_neg();
+    f32::from_bits((a.to_bits() & mask) | (b.to_bits() & !mask))
 }
 
 #[inline(always)]
@@ -58,36 +59,40 @@ fn chebyshev_lane([b1, b2]: [f32; 2], z_f: f32) -> f32 {
 }
 
 /// Hamburger 4 as in [`hamburger4`](crate::hamburger::hamburger4), with both degenerate cases folded in: a vanishing
-/// second pivot is replaced by its rounding error, a vanishing first one selects Cantelli's inequality.
+/// second pivot is replaced by its rounding error, a vanishing first one selects Cantelli's inequality. Everything is
+/// multiplied by the first pivot, so that three divisions remain.
 #[inline(always)]
 fn hamburger4_lane([b1, b2, b3, b4]: [f32; 4], z_f: f32) -> f32 {
     let d1 = b2 - b1 * b1;
-    let floor = PIVOT_FLOOR * b2 + TINY;
-    let regular = d1 > floor;
+    let regular = d1 > PIVOT_FLOOR * b2 + TINY;
     let d1 = select(regular, d1, 1.0);
     let e = b3 - b1 * b2;
-    let l = e / d1;
-    let d2 = (b4 - b2 * b2 - l * e).max(PIVOT_FLOOR * 0.25 * b4 + TINY);
+    // d1 d2 and d1 P_2(z_f), d1 P_2'(z_f).
+    let d2 = (d1 * (b4 - b2 * b2) - e * e).max(d1 * (0.25 * PIVOT_FLOOR * b4 + TINY));
     let p1 = z_f - b1;
-    let p2 = z_f * z_f - b2 - l * p1;
-    let slope = z_f + z_f - l;
+    let p2 = d1 * (z_f * z_f - b2) - e * p1;
+    let slope = d1 * (z_f + z_f) - e;
+    let square = p1 * p1;
     let weight = d1 * d2;
-    let scaled = p2 * d1;
-    let q0 = weight + p1 * p1 * d2 + p2 * scaled;
-    let inverse = 1.0 / q0.max(TINY);
+    let q0 = weight + square * d2 + p2 * p2;
+    let inverse = 1.0 / q0.max(f32::MIN_POSITIVE);
     // Half the linear and the constant coefficient of the monic w-quadratic.
-    let half = 0.5 * (p1 * d2 + scaled * slope) * inverse;
-    let constant = scaled * inverse;
+    let half = 0.5 * (p1 * d2 + p2 * slope) * inverse;
+    let constant = p2 * d1 * inverse;
     let root = (half * half - constant).max(0.0).sqrt();
     let far = select(half < 0.0, root - half, -(root + half));
     let near = constant / select(far == 0.0, 1.0, far);
-    let (w1, w2) = (select(near < far, near, far), select(near < far, far, near));
-    let s2 = d1 + p1 * p1;
-    let between = w1 * w1 * (-p1 - s2 * w2) / (w1 - w2).min(-TINY);
+    let (w1, w2) = (near.min(far), near.max(far));
+    // One division serves the weight of the point in front and Cantelli's inequality.
+    let variance = (b2 - b1 * b1).max(0.0);
+    let cantelli = select(p1 > 0.0, square, 0.0);
+    let numerator = select(regular, w1 * w1 * (p1 + (d1 + square) * w2), cantelli);
+    let divisor = select(regular, w2 - w1, variance + square);
+    let between = numerator / divisor.max(f32::MIN_POSITIVE);
     let behind = 1.0 - weight * inverse;
     let lower = select(w2 < 0.0, behind, between);
-    let lower = clamp_unit(select(w1 < 0.0, lower, 0.0));
-    select(regular, lower, chebyshev_lane([b1, b2], z_f))
+    let lower = select(w1 < 0.0, lower, 0.0);
+    clamp_unit(select(regular, lower, between))
 }
 
 /// Hamburger 6: the cubic in w by the root of largest depressed size and deflation, as in [`roots`](crate::roots).
@@ -163,47 +168,111 @@ fn cubic_lane(a: f32, b: f32, c: f32) -> (f32, f32, f32) {
     (first, near, far)
 }
 
+/// Elements handled together: several vectors of any width, small enough to stay in the first-level cache.
+const BLOCK: usize = 128;
+
+/// Vector instructions that a batch may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VectorWidth {
+    /// Whatever the build allows (on x86-64: four lanes).
+    Portable,
+    /// Eight lanes.
+    Avx2,
+    /// Sixteen lanes.
+    Avx512,
+}
+
+impl VectorWidth {
+    /// The widths that this machine has, narrowest first.
+    pub fn available() -> Vec<Self> {
+        #[allow(unused_mut)]
+        let mut widths = vec![Self::Portable];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if std::is_x86_feature_detected!("avx2") {
+                widths.push(Self::Avx2);
+            }
+            if std::is_x86_feature_detected!("avx512f")
+                && std::is_x86_feature_detected!("avx512vl")
+                && std::is_x86_feature_detected!("avx512dq")
+                && std::is_x86_feature_detected!("avx512bw")
+            {
+                widths.push(Self::Avx512);
+            }
+        }
+        widths
+    }
+
+    /// The widest that this machine has (looked up once).
+    pub fn widest() -> Self {
+        static WIDEST: std::sync::OnceLock<VectorWidth> = std::sync::OnceLock::new();
+        *WIDEST.get_or_init(|| Self::available().pop().unwrap_or(Self::Portable))
+    }
+}
+
 macro_rules! batch {
-    ($(#[$doc:meta])* $name:ident, $order:literal, $lane:ident) => {
+    ($(#[$doc:meta])* $name:ident, $at:ident, $order:literal, $lane:ident) => {
         $(#[$doc])*
         ///
         /// # Panics
         /// If the arrays have different lengths.
         pub fn $name(batch: &Batch<'_, $order>, lower: &mut [f32]) {
+            $at(VectorWidth::widest(), batch, lower);
+        }
+
+        #[doc = concat!("[`", stringify!($name), "`] with a chosen vector width; the results are the same.")]
+        ///
+        /// # Panics
+        /// If the arrays have different lengths or the machine lacks that width.
+        pub fn $at(width: VectorWidth, batch: &Batch<'_, $order>, lower: &mut [f32]) {
             #[inline(always)]
             fn body(batch: &Batch<'_, $order>, lower: &mut [f32]) {
-                let length = lower.len();
-                let moments = batch.moments.map(|moment| &moment[..length]);
-                let z_f = &batch.z_f[..length];
-                for i in 0..length {
-                    lower[i] = $lane(moments.map(|moment| moment[i]), z_f[i]);
+                // A local block of results cannot overlap the inputs, which spares the vectoriser its run-time checks
+                // (it gives up on those of six arrays).
+                let (blocks, rest) = lower.as_chunks_mut::<BLOCK>();
+                let z_f = batch.z_f.as_chunks::<BLOCK>();
+                let moments = batch.moments.map(|moment| moment.as_chunks::<BLOCK>());
+                for (j, out) in blocks.iter_mut().enumerate() {
+                    let z_f = &z_f.0[j];
+                    let moments = moments.map(|moment| &moment.0[j]);
+                    let mut results = [0.0; BLOCK];
+                    for i in 0..BLOCK {
+                        results[i] = $lane(moments.map(|moment| moment[i]), z_f[i]);
+                    }
+                    *out = results;
+                }
+                for (i, out) in rest.iter_mut().enumerate() {
+                    *out = $lane(moments.map(|moment| moment.1[i]), z_f.1[i]);
                 }
             }
             batch.check(lower);
-            #[cfg(target_arch = "x86_64")]
-            {
-                #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
-                fn avx512(batch: &Batch<'_, $order>, lower: &mut [f32]) {
-                    body(batch, lower);
+            assert!(
+                width == VectorWidth::Portable || VectorWidth::available().contains(&width),
+                "this machine has no {width:?}"
+            );
+            match width {
+                VectorWidth::Portable => body(batch, lower),
+                #[cfg(target_arch = "x86_64")]
+                VectorWidth::Avx2 => {
+                    #[target_feature(enable = "avx2")]
+                    fn avx2(batch: &Batch<'_, $order>, lower: &mut [f32]) {
+                        body(batch, lower);
+                    }
+                    // SAFETY: the machine has the feature, as asserted above.
+                    unsafe { avx2(batch, lower) }
                 }
-                #[target_feature(enable = "avx2")]
-                fn avx2(batch: &Batch<'_, $order>, lower: &mut [f32]) {
-                    body(batch, lower);
+                #[cfg(target_arch = "x86_64")]
+                VectorWidth::Avx512 => {
+                    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw")]
+                    fn avx512(batch: &Batch<'_, $order>, lower: &mut [f32]) {
+                        body(batch, lower);
+                    }
+                    // SAFETY: the machine has the features, as asserted above.
+                    unsafe { avx512(batch, lower) }
                 }
-                if std::is_x86_feature_detected!("avx512f")
-                    && std::is_x86_feature_detected!("avx512vl")
-                    && std::is_x86_feature_detected!("avx512dq")
-                    && std::is_x86_feature_detected!("avx512bw")
-                {
-                    // SAFETY: the features were just detected.
-                    return unsafe { avx512(batch, lower) };
-                }
-                if std::is_x86_feature_detected!("avx2") {
-                    // SAFETY: the feature was just detected.
-                    return unsafe { avx2(batch, lower) };
-                }
+                #[cfg(not(target_arch = "x86_64"))]
+                VectorWidth::Avx2 | VectorWidth::Avx512 => body(batch, lower),
             }
-            body(batch, lower);
         }
     };
 }
@@ -211,18 +280,21 @@ macro_rules! batch {
 batch!(
     /// Lower bounds from two moments: Cantelli's inequality (variance shadow maps).
     chebyshev_batch,
+    chebyshev_batch_at,
     2,
     chebyshev_lane
 );
 batch!(
     /// Lower bounds from four power moments on the line (Hamburger 4MSM).
     hamburger4_batch,
+    hamburger4_batch_at,
     4,
     hamburger4_lane
 );
 batch!(
     /// Lower bounds from six power moments on the line.
     hamburger6_batch,
+    hamburger6_batch_at,
     6,
     hamburger6_lane
 );
@@ -285,6 +357,21 @@ mod tests {
             println!("median {median:e}, 99 % {high:e}, max {:e}", errors[errors.len() - 1]);
             assert!(median < 1e-5 && high < limit, "median {median}, 99 % {high}, limit {limit}");
         }
+    }
+
+    #[test]
+    fn all_vector_widths_give_the_same_bits() {
+        let (moments, z_f) = inputs(1003);
+        let moments = moments.each_ref().map(Vec::as_slice);
+        let results: Vec<Vec<u32>> = VectorWidth::available()
+            .into_iter()
+            .map(|width| {
+                let mut lower = vec![0.0; z_f.len()];
+                hamburger6_batch_at(width, &Batch { moments, z_f: &z_f }, &mut lower);
+                lower.iter().map(|g| g.to_bits()).collect()
+            })
+            .collect();
+        assert!(results.iter().all(|result| *result == results[0]));
     }
 
     #[test]
