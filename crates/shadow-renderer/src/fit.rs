@@ -67,7 +67,8 @@ fn ground_coverage(arrays: &SceneArrays, bounds: &Bounds) -> f64 {
     if size[0] <= 0.0 || size[2] <= 0.0 {
         return 0.0;
     }
-    let highest = bounds.min[1] + GROUND_HEIGHT * size[1];
+    // The second term lets an almost flat scene be its own ground whatever rounding did to its height.
+    let highest = bounds.min[1] + (GROUND_HEIGHT * size[1]).max(1e-3 * size[0].max(size[2]));
     let mut covered = vec![false; GROUND_CELLS * GROUND_CELLS];
     for triangle in &arrays.triangles {
         let corners = triangle.map(|index| arrays.vertices[index as usize].position);
