@@ -1,6 +1,6 @@
 //! What a file may lack: ground to receive shadows, and a camera that shows the scene.
 
-use crate::build::{Mesh, SceneArrays, doubled_area};
+use crate::build::{Mesh, SceneArrays, doubled_area, unit};
 use crate::{Camera, Material};
 
 /// Name of the material of a ground plane that was added on loading.
@@ -10,9 +10,10 @@ pub const GROUND_ADDED: &str = "ground_added";
 const GROUND_CELLS: usize = 48;
 /// Share of those cells that must be covered for a surface to count as ground.
 const GROUND_COVERAGE: f64 = 0.6;
-/// A ground surface lies within this share of the scene's height above its lowest point.
-const GROUND_HEIGHT: f64 = 0.1;
-/// Smallest |cosine| between a ground triangle's normal and the vertical.
+/// The scene's height is cut into this many slices; a ground surface lies within two neighbouring ones of the
+/// lower half. Not just at the bottom: foundations and roots reach below the ground.
+const SLICES: usize = 20;
+/// Smallest cosine between a ground triangle's normal and the vertical.
 const GROUND_UPRIGHT: f64 = 0.9;
 
 /// Axis-aligned bounds, world space.
@@ -48,7 +49,8 @@ impl Bounds {
 }
 
 /// Whether the scene brings its own ground: a used material is named like one ("ground" or "floor", any case),
-/// or near-horizontal triangles in the lowest tenth of the height cover most of the footprint.
+/// or triangles that face up at about one height, in the lower half of the scene, cover most of the footprint.
+/// A downward face is no ground, or every box would stand on its own.
 pub(crate) fn has_ground(arrays: &SceneArrays, materials: &[Material], bounds: &Bounds) -> bool {
     let named: Vec<bool> = materials
         .iter()
@@ -61,37 +63,37 @@ pub(crate) fn has_ground(arrays: &SceneArrays, materials: &[Material], bounds: &
         || ground_coverage(arrays, bounds) >= GROUND_COVERAGE
 }
 
-/// Share of the footprint's cells whose centre lies above a ground triangle.
+/// Largest share of the footprint's cells whose centre lies below ground triangles of about one height.
 fn ground_coverage(arrays: &SceneArrays, bounds: &Bounds) -> f64 {
     let size = bounds.size();
     if size[0] <= 0.0 || size[2] <= 0.0 {
         return 0.0;
     }
     // The second term lets an almost flat scene be its own ground whatever rounding did to its height.
-    let highest = bounds.min[1] + (GROUND_HEIGHT * size[1]).max(1e-3 * size[0].max(size[2]));
-    let mut covered = vec![false; GROUND_CELLS * GROUND_CELLS];
+    let slice_height = (size[1] / SLICES as f64).max(1e-3 * size[0].max(size[2]));
+    // One bit for each slice.
+    let mut covered = vec![0_u32; GROUND_CELLS * GROUND_CELLS];
     for triangle in &arrays.triangles {
         let corners = triangle.map(|index| arrays.vertices[index as usize].position);
-        if corners.iter().any(|corner| f64::from(corner[1]) > highest) {
-            continue;
-        }
         let area = doubled_area(corners[0], corners[1], corners[2]);
-        // |n| by the largest component first: squares of tiny areas would underflow.
-        let largest = area.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        let length = largest * area.iter().map(|c| (c / largest).powi(2)).sum::<f64>().sqrt();
-        if area[1].abs() < GROUND_UPRIGHT * length {
+        let upright = unit(area).is_some_and(|normal| f64::from(normal[1]) >= GROUND_UPRIGHT);
+        let height = corners.iter().map(|corner| f64::from(corner[1]) - bounds.min[1]).sum::<f64>() / 3.0;
+        let slice = (height / slice_height) as usize;
+        if !upright || slice >= SLICES / 2 {
             continue;
         }
         let cells = corners.map(|corner| {
             [0, 2].map(|axis| (f64::from(corner[axis]) - bounds.min[axis]) / size[axis] * GROUND_CELLS as f64)
         });
-        cover(&cells, &mut covered);
+        cover(&cells, 1 << slice, &mut covered);
     }
-    covered.iter().filter(|&&cell| cell).count() as f64 / covered.len() as f64
+    let cells_in = |slices: u32| covered.iter().filter(|&&cell| cell & slices != 0).count();
+    let most = (0..SLICES / 2).map(|slice| cells_in(0b11 << slice)).max().unwrap_or(0);
+    most as f64 / covered.len() as f64
 }
 
 /// Marks the cells whose centre lies in the triangle, given in cell units, of either orientation.
-fn cover(corners: &[[f64; 2]; 3], covered: &mut [bool]) {
+fn cover(corners: &[[f64; 2]; 3], mark: u32, covered: &mut [u32]) {
     let range = |axis: usize| {
         let values = corners.map(|corner| corner[axis]);
         let low = values[0].min(values[1]).min(values[2]).floor().max(0.0) as usize;
@@ -105,7 +107,7 @@ fn cover(corners: &[[f64; 2]; 3], covered: &mut [bool]) {
             let (x, z) = (column as f64 + 0.5, row as f64 + 0.5);
             let sides = [0, 1, 2].map(|i| side(corners[i], corners[(i + 1) % 3], x, z));
             if sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0) {
-                covered[row * GROUND_CELLS + column] = true;
+                covered[row * GROUND_CELLS + column] |= mark;
             }
         }
     }
@@ -165,17 +167,17 @@ mod tests {
     }
 
     #[test]
-    fn a_wide_low_plane_is_ground_of_either_winding() {
-        for flip in [false, true] {
+    fn a_wide_plane_in_the_lower_half_is_ground_if_it_faces_up() {
+        for (y, faces_up, expected) in [(0.1, true, true), (1.2, true, true), (0.1, false, false)] {
             let mut arrays = SceneArrays::default();
             wall(&mut arrays);
-            let mut floor = [[0.0, 0.1, 0.0], [0.0, 0.1, 4.0], [4.0, 0.1, 4.0], [4.0, 0.1, 0.0]];
-            if flip {
+            let mut floor = [[0.0, y, 0.0], [0.0, y, 4.0], [4.0, y, 4.0], [4.0, y, 0.0]];
+            if !faces_up {
                 floor.reverse();
             }
             quad(&mut arrays, floor);
             let bounds = Bounds::of(&arrays).unwrap();
-            assert!(has_ground(&arrays, &[material("stone")], &bounds));
+            assert_eq!(has_ground(&arrays, &[material("stone")], &bounds), expected, "{y} {faces_up}");
         }
     }
 

@@ -10,7 +10,7 @@ use crate::{AlphaMask, Camera};
 
 /// Trees stand in a jittered grid of this many rows and columns.
 const GRID: usize = 4;
-const SPACING: f64 = 5.2;
+const SPACING: f64 = 3.1;
 /// Side of the leaf texture in texels.
 const LEAF_TEXELS: u32 = 64;
 
@@ -20,11 +20,11 @@ pub(super) fn build(seed: u64) -> Parts {
     let ground = scene.material("ground", [0.27, 0.24, 0.17], None);
     let bark = scene.material("bark", [0.30, 0.22, 0.15], None);
     let leaf = scene.material("leaf", [0.22, 0.36, 0.12], Some(leaf_mask()));
-    scene.ground(ground, 17.0, 16);
+    scene.ground(ground, 9.0, 12);
     for row in 0..GRID {
         for column in 0..GRID {
             let at = |i: usize| (i as f64 - (GRID - 1) as f64 / 2.0) * SPACING;
-            let jitter = [random.within(-1.1, 1.1), random.within(-1.1, 1.1)];
+            let jitter = [random.within(-0.7, 0.7), random.within(-0.7, 0.7)];
             // Roots reach below the ground.
             let base = [at(column) + jitter[0], -0.1, at(row) + jitter[1]];
             let trunk = Branch {
@@ -38,7 +38,7 @@ pub(super) fn build(seed: u64) -> Parts {
         }
     }
     let views = [[0.2, -1.0, 0.3], [0.8, -0.6, 0.35], [0.7, -0.27, -0.6], [-0.35, -0.09, 0.93]];
-    (scene, views, Camera { eye: [17.0, 8.0, 18.0], target: [0.0, 3.0, 0.0], vertical_fov: 0.75 })
+    (scene, views, Camera { eye: [11.5, 6.0, 12.5], target: [0.0, 2.6, 0.0], vertical_fov: 0.75 })
 }
 
 struct Branch {
@@ -50,10 +50,10 @@ struct Branch {
 }
 
 /// Children of a branch by its level; the last level carries leaves instead.
-const CHILDREN: [usize; 4] = [6, 5, 4, 0];
-const SIDES: [usize; 4] = [10, 7, 5, 4];
+const CHILDREN: [usize; 4] = [7, 6, 4, 0];
+const SIDES: [usize; 4] = [10, 6, 4, 3];
 const RINGS: [usize; 4] = [8, 6, 4, 3];
-const LEAVES: usize = 5;
+const LEAVES: usize = 7;
 
 impl Branch {
     fn grow(&self, scene: &mut SceneMesh, bark: u32, leaf: u32, random: &mut Random) {
@@ -115,7 +115,7 @@ fn card(scene: &mut SceneMesh, material: u32, root: Point, along: Point, random:
     let outward = [random.within(-1.0, 1.0), random.within(-0.7, 0.3), random.within(-1.0, 1.0)];
     let tip = normalized(add(scale(along, 0.6), outward));
     let across = frame(tip)[0];
-    let (length, half_width) = (random.within(0.3, 0.46), random.within(0.11, 0.17));
+    let (length, half_width) = (random.within(0.42, 0.62), random.within(0.16, 0.24));
     let corner = |side: f64, t: f64| add(root, add(scale(across, side * half_width), scale(tip, t * length)));
     let corners = [corner(-1.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
     scene.quad(material, corners, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
