@@ -1,5 +1,7 @@
 //! What a correct glTF becomes.
 
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking and may report")]
+
 mod glb;
 
 use glb::{Glb, quad};

@@ -1,5 +1,7 @@
 //! Damaged and hostile glTF: always one clear line, never a panic, never memory beyond the file's size.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests fail by panicking and may report")]
+
 mod glb;
 
 use std::time::Instant;
@@ -218,6 +220,12 @@ fn a_deep_chain_of_nodes_does_not_overflow_the_stack() {
     assert!(start.elapsed().as_secs_f64() < 2.0);
     let json = format!("{{\"asset\":{}1{}}}", "[".repeat(100_000), "]".repeat(100_000));
     assert!(message(json.as_bytes()).contains("glTF JSON: "));
+}
+
+#[test]
+fn many_small_objects_are_refused_before_they_are_parsed() {
+    let json = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}", "{},".repeat(1 << 20));
+    assert!(message(json.as_bytes()).contains("glTF JSON: 1048579 objects exceed the limit of 1048576"));
 }
 
 /// Many instances of one mesh, in a small file, are many triangles.

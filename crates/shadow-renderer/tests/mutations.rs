@@ -1,5 +1,7 @@
 //! Seeded mutations of a small GLB and a small OBJ: the loaders answer every one with a scene or an error.
 
+#![allow(clippy::unwrap_used, reason = "tests fail by panicking and may report")]
+
 mod glb;
 
 use glb::{Glb, quad};

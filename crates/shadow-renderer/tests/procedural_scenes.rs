@@ -1,6 +1,8 @@
 //! What the procedural scenes promise: size, closed solids, determinism, and depth complexity, which is
 //! counted here by a small rasteriser of its own.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests fail by panicking and may report")]
+
 use std::collections::{HashMap, HashSet};
 
 use shadow_renderer::procedural::{DEFAULT_SEED, NAMES};
@@ -211,5 +213,5 @@ fn positions_are_platform_independent() {
         hashes.push(hash);
     }
     // A change here changes every committed result of a procedural scene.
-    assert_eq!(hashes, [0, 0, 1], "{hashes:#x?}");
+    assert_eq!(hashes, [0x46cb_6d4a_7813_243a, 0xaa0b_28cd_06e3_1d49, 0xb1e3_5c50_a13b_bf5d], "{hashes:#x?}");
 }

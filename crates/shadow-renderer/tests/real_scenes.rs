@@ -1,5 +1,7 @@
 //! The public scenes, where they are present beside the project.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests fail by panicking and may report")]
+
 use std::path::PathBuf;
 use std::time::Instant;
 

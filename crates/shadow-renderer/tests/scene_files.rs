@@ -1,5 +1,7 @@
 //! Scenes as files: what a specification may be, files beside the scene, OBJ, and links that lead away.
 
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests fail by panicking and may report")]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

@@ -30,6 +30,9 @@ const HARMLESS_EXTENSIONS: [&str; 10] = [
     "KHR_texture_transform",
 ];
 
+/// Most JSON objects of a document. An empty one takes three bytes in the file and hundreds in memory.
+const MAX_JSON_OBJECTS: u64 = 1 << 20;
+
 pub(super) fn load(bytes: &[u8], mut folder: Folder) -> Result<Loaded, FileFault> {
     let (json, binary) = if glb::is_glb(bytes) { glb::split(bytes)? } else { (bytes, None) };
     let root = parse(json)?;
@@ -62,6 +65,12 @@ pub(super) fn load(bytes: &[u8], mut folder: Folder) -> Result<Loaded, FileFault
 }
 
 fn parse(json: &[u8]) -> Result<Root, FileFault> {
+    // Braces within strings count too: names have few of them, base64 has none.
+    let count = json.iter().filter(|&&byte| byte == b'{').count() as u64;
+    if count > MAX_JSON_OBJECTS {
+        let at = "glTF JSON".into();
+        return Err(FileFault::TooMany { at, what: "objects", count, limit: MAX_JSON_OBJECTS });
+    }
     let mut root: Root = gltf::json::deserialize::from_slice(json)
         .map_err(|error| FileFault::invalid("glTF JSON", error.to_string()))?;
     if !root.asset.version.starts_with("2.") {

@@ -1,7 +1,11 @@
 //! A small but complete GLB, made in the test: two nodes, a mirrored child, a camera, an alpha-masked quad of
 //! two triangles with normals and texture coordinates, and a PNG in its binary chunk.
 
-#![allow(dead_code, reason = "each test binary uses a part of it")]
+#![allow(
+    dead_code,
+    clippy::unwrap_used,
+    reason = "each test binary uses a part of it; tests fail by panicking"
+)]
 
 use std::io::Cursor;
 
