@@ -1,0 +1,121 @@
+//! Light views read from TOML.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::error::{FileFault, SceneError};
+use crate::load::source::read_limited;
+use crate::{LightView, MAX_COORDINATE};
+
+/// Largest accepted views file: far more than anyone writes by hand.
+const MAX_VIEWS_BYTES: u64 = 1 << 20;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ViewsFile {
+    #[serde(default)]
+    view: Vec<ViewEntry>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ViewEntry {
+    name: String,
+    direction: [f64; 3],
+}
+
+/// Reads light views from a TOML file of `[[view]]` tables with exactly the keys `name` and `direction`.
+///
+/// `direction` is the way the light travels in world space, any length. Errors: unreadable file, bad TOML or
+/// an unknown key (with its line), no view at all, a name that is empty or given twice, and a direction that
+/// is zero, NaN, infinite or outside what a 32-bit float can normalise.
+pub fn read_views(path: impl AsRef<Path>) -> Result<Vec<LightView>, SceneError> {
+    let path = path.as_ref();
+    read(path).map_err(|fault| fault.in_file(&path.to_string_lossy()))
+}
+
+fn read(path: &Path) -> Result<Vec<LightView>, FileFault> {
+    let bytes = read_limited(path, MAX_VIEWS_BYTES)?;
+    let text = str::from_utf8(&bytes).map_err(|error| FileFault::invalid("views", error.to_string()))?;
+    parse_views(text)
+}
+
+fn parse_views(text: &str) -> Result<Vec<LightView>, FileFault> {
+    let file: ViewsFile = toml::from_str(text).map_err(|error| {
+        let start = error.span().map_or(0, |span| span.start.min(text.len()));
+        let line = 1 + text.as_bytes()[..start].iter().filter(|&&byte| byte == b'\n').count();
+        FileFault::invalid(format!("line {line}"), error.message())
+    })?;
+    if file.view.is_empty() {
+        return Err(FileFault::invalid("views", "no [[view]] table"));
+    }
+    let mut views: Vec<LightView> = Vec::with_capacity(file.view.len());
+    for entry in file.view {
+        let at = format!("view {:?}", entry.name);
+        if entry.name.trim().is_empty() {
+            return Err(FileFault::invalid(at, format!("view number {} has an empty name", views.len() + 1)));
+        }
+        if views.iter().any(|view| view.name == entry.name) {
+            return Err(FileFault::invalid(at, "this name is given twice"));
+        }
+        let direction = entry.direction.map(|component| component as f32);
+        let length = direction.iter().map(|&c| f64::from(c) * f64::from(c)).sum::<f64>().sqrt();
+        // NaN is in no range.
+        if !(1e-15..=MAX_COORDINATE).contains(&length) {
+            return Err(FileFault::invalid(
+                at,
+                format!("direction {:?} must be finite and not zero", entry.direction),
+            ));
+        }
+        views.push(LightView { name: entry.name, direction });
+    }
+    Ok(views)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn message(text: &str) -> String {
+        parse_views(text).unwrap_err().in_file("v.toml").to_string()
+    }
+
+    #[test]
+    fn views_are_read_in_order() {
+        let views = parse_views(
+            "[[view]]\nname = \"low\"\ndirection = [1, -0.1, 0]\n[[view]]\nname=\"b\"\ndirection=[0,-2.5,0]",
+        )
+        .unwrap();
+        assert_eq!(views[0], LightView { name: "low".into(), direction: [1.0, -0.1, 0.0] });
+        assert_eq!(views[1].direction, [0.0, -2.5, 0.0]);
+    }
+
+    #[test]
+    fn a_direction_without_a_direction_names_its_view() {
+        for bad in ["[0,0,0]", "[nan,0,1]", "[0,inf,0]", "[1e-60,0,0]", "[1e300,0,0]"] {
+            let text = format!("[[view]]\nname = \"low\"\ndirection = {bad}");
+            let message = message(&text);
+            assert!(message.starts_with("v.toml: view \"low\": direction ["), "{message}");
+        }
+    }
+
+    #[test]
+    fn unknown_keys_missing_keys_and_bad_toml_name_the_line() {
+        assert!(
+            message("[[view]]\nname='a'\ndirection=[1,0,0]\ncolour='red'").contains("line 4: unknown field")
+        );
+        assert!(message("[[view]]\nname='a'").contains("missing field `direction`"));
+        assert!(message("[[view]]\nname='a'\ndirection=[1,0]").contains("line 3"));
+        assert!(message("[[view").starts_with("v.toml: line 1: "));
+        assert!(message("").contains("no [[view]] table"));
+        assert!(message("[[view]]\nname='a'\ndirection=[1,0,0]\n".repeat(2).as_str()).contains("twice"));
+        assert!(message("[[view]]\nname=' '\ndirection=[1,0,0]\n").contains("empty name"));
+    }
+
+    #[test]
+    fn a_missing_file_is_an_error_that_names_it() {
+        let message = read_views("no/such/views.toml").unwrap_err().to_string();
+        assert!(message.starts_with("no/such/views.toml: cannot read: "), "{message}");
+    }
+}

@@ -1,0 +1,12 @@
+//! Any bytes, read as a binary or textual glTF, become a scene or an error.
+//!
+//! `cargo +nightly fuzz run load_glb`, or on a stable toolchain with `RUSTC_BOOTSTRAP=1` and
+//! `--sanitizer none`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    if let Ok(scene) = shadow_renderer::load_gltf_bytes("fuzz.glb", bytes) {
+        assert!(scene.triangles.iter().flatten().all(|&i| (i as usize) < scene.vertices.len()));
+        assert!(scene.vertices.iter().all(|v| v.position.iter().chain(&v.normal).all(|c| c.is_finite())));
+    }
+});
