@@ -2,4 +2,20 @@
 
 pub mod scene;
 
+mod assemble;
+mod edges;
+mod error;
+mod fixed_point;
+mod light_frame;
+mod memory;
+mod prepare;
+mod rasterize;
+mod render;
+mod stack;
+
+pub use error::RenderError;
+pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
+pub use prepare::{PreparedTriangles, SUBTEXELS};
+pub use render::{AdapterName, Backend, RenderReport, StageTimes, render_prepared, render_stack};
 pub use scene::{AlphaMask, Camera, LightView, Material, Scene, Vertex};
+pub use stack::{FacingBits, Fragment, LayerStatistics, ShadowMapStack};
