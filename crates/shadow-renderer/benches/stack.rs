@@ -14,10 +14,10 @@ fn crowd(triangles: u32) -> Scene {
     };
     let mut vertices = Vec::new();
     for triangle in 0..triangles {
-        let spread = if triangle % 5 < 3 { 1.0 } else { 0.3 };
+        let spread = if triangle % 5 < 3 { 1.0 } else { 0.5 };
         let centre = [0; 3].map(|_| spread * (random() - 0.5));
         for _ in 0..3 {
-            let position = centre.map(|c| c + 0.012 * (random() - 0.5));
+            let position = centre.map(|c| c + 0.0163 * (random() - 0.5));
             vertices.push(Vertex { position, normal: [0.0, 1.0, 0.0], uv: [0.0; 2] });
         }
     }

@@ -21,7 +21,7 @@ pub(crate) struct Plane {
 
 impl Plane {
     pub fn new(base: f64, step: [f64; 2]) -> Self {
-        let fixed = |v: f64| (v * (1u64 << PLANE_BITS) as f64).round() as i64;
+        let fixed = |v: f64| (v * (1u64 << PLANE_BITS) as f64 + f64::copysign(0.5, v)) as i64;
         Self { base: fixed(base), step: step.map(fixed) }
     }
 

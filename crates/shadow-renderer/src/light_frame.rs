@@ -1,5 +1,7 @@
 //! Orthographic light space: from world positions to texels and depth.
 
+use rayon::prelude::*;
+
 use crate::{RenderError, Scene};
 
 /// Largest supported width and height of a shadow map in texels.
@@ -94,15 +96,21 @@ impl LightFrame {
         check_size(width, height)?;
         let [right, down, forward] = Self::axes(direction)?;
         crate::prepare::check_scene(scene)?;
-        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for &index in scene.triangles.iter().flatten() {
-            let p = scene.vertices[index as usize].position.map(f64::from);
-            for (k, axis) in [right, down, forward].into_iter().enumerate() {
-                let t = dot(p, axis);
-                low[k] = low[k].min(t);
-                high[k] = high[k].max(t);
-            }
-        }
+        let nothing = || ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        let join = |a: ([f64; 3], [f64; 3]), b: ([f64; 3], [f64; 3])| {
+            ([0, 1, 2].map(|k| a.0[k].min(b.0[k])), [0, 1, 2].map(|k| a.1[k].max(b.1[k])))
+        };
+        // Minima and maxima do not depend on the order of work.
+        let (low, high) = scene
+            .triangles
+            .par_iter()
+            .flatten_iter()
+            .fold(nothing, |range, &index| {
+                let p = scene.vertices[index as usize].position.map(f64::from);
+                let t = [right, down, forward].map(|axis| dot(p, axis));
+                join(range, (t, t))
+            })
+            .reduce(nothing, join);
         let extent = |k: usize| high[k] - low[k];
         let usable = |size: u32| f64::from(size) - 2.0 * margin(size);
         let mut scale = (usable(width) / extent(0)).min(usable(height) / extent(1));

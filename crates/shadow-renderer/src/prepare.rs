@@ -62,37 +62,39 @@ impl PreparedTriangles {
     pub fn new(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
         check_scene(scene)?;
+        Self::of_checked(scene, frame)
+    }
+
+    /// The same for a scene that passed [`check_scene`] and a frame of supported size.
+    pub(crate) fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
         let projected: Vec<[f64; 3]> =
             scene.vertices.par_iter().map(|v| frame.project(v.position.map(f64::from))).collect();
         let outside = |p: &[f64; 3]| {
             !p.iter().all(|c| c.is_finite()) || p[0].abs().max(p[1].abs()) > f64::from(GUARD_TEXELS)
         };
-        if let Some(&vertex) = scene.triangles.iter().flatten().find(|&&i| outside(&projected[i as usize])) {
-            let vertex = vertex as usize;
+        let strays = |t: &&[u32; 3]| t.iter().any(|&i| outside(&projected[i as usize]));
+        if let Some(triangle) = scene.triangles.par_iter().find_first(strays) {
+            let vertex = triangle.iter().map(|&i| i as usize).find(|&i| outside(&projected[i])).unwrap_or(0);
             let [x, y, _] = projected[vertex];
             return Err(RenderError::GuardBand { vertex, x, y, limit: GUARD_TEXELS });
         }
-        let setup = |(index, triangle): (usize, &[u32; 3])| {
-            let corners = triangle.map(|i| projected[i as usize]);
-            let mask = masks.of_material[scene.triangle_material[index] as usize];
-            set_up(corners, index as u32, mask, frame.width, frame.height)
-        };
-        let degenerate = std::sync::atomic::AtomicUsize::new(0);
-        let mut triangles: Vec<PreparedTriangle> = scene
-            .triangles
-            .par_iter()
+        let mut degenerate = 0;
+        let mut triangles: Vec<PreparedTriangle> = Vec::new();
+        (&scene.triangles, &scene.triangle_material)
+            .into_par_iter()
             .enumerate()
-            .filter_map(|t| match setup(t) {
-                SetUp::Degenerate => {
-                    degenerate.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-                    None
-                }
-                SetUp::CoversNothing => None,
-                SetUp::Triangle(triangle) => Some(triangle),
+            .map(|(index, (triangle, &material))| {
+                let corners = triangle.map(|i| projected[i as usize]);
+                let mask = masks.of_material[material as usize];
+                set_up(corners, index as u32, mask, frame.width, frame.height)
             })
-            .collect();
-        triangles.shrink_to_fit();
+            .collect_into_vec(&mut triangles);
+        // Compacting in place keeps the peak of memory low.
+        triangles.retain(|t| {
+            degenerate += usize::from(t.bounds == DEGENERATE);
+            t.bounds != DEGENERATE && t.bounds != UNCOVERING
+        });
         let mut mask_planes = Vec::new();
         for triangle in triangles.iter_mut().filter(|t| t.mask != NO_MASK) {
             let corners = scene.triangles[triangle.source as usize].map(|i| i as usize);
@@ -106,7 +108,6 @@ impl PreparedTriangles {
             triangle.mask = mask_planes.len() as u32;
             mask_planes.push(planes);
         }
-        let degenerate = degenerate.into_inner();
         let uncovering = scene.triangles.len() - degenerate - triangles.len();
         let (width, height) = (frame.width, frame.height);
         Ok(Self { triangles, mask_planes, masks, width, height, degenerate, uncovering })
@@ -160,17 +161,25 @@ pub(crate) fn check_scene(scene: &Scene) -> Result<(), RenderError> {
     if materials != triangles {
         return fail(format!("{triangles} triangles have {materials} material indices"));
     }
-    for (t, (corners, &material)) in scene.triangles.iter().zip(&scene.triangle_material).enumerate() {
-        if material as usize >= scene.materials.len() {
-            return fail(format!("triangle {t} has material {material} of {}", scene.materials.len()));
-        }
-        for &vertex in corners {
-            let Some(v) = scene.vertices.get(vertex as usize) else {
-                return fail(format!("triangle {t} has vertex {vertex} of {}", scene.vertices.len()));
-            };
-            if !v.position.iter().all(|c| c.is_finite()) {
+    let vertices = &scene.vertices;
+    let broken =
+        (&scene.triangles, &scene.triangle_material).into_par_iter().position_first(|(t, &material)| {
+            let finite =
+                |i: &u32| vertices.get(*i as usize).is_some_and(|v| v.position.iter().all(|c| c.is_finite()));
+            material as usize >= scene.materials.len() || !t.iter().all(finite)
+        });
+    let Some(t) = broken else { return Ok(()) };
+    let material = scene.triangle_material[t];
+    if material as usize >= scene.materials.len() {
+        return fail(format!("triangle {t} has material {material} of {}", scene.materials.len()));
+    }
+    for vertex in scene.triangles[t] {
+        match vertices.get(vertex as usize) {
+            None => return fail(format!("triangle {t} has vertex {vertex} of {}", vertices.len())),
+            Some(v) if !v.position.iter().all(|c| c.is_finite()) => {
                 return fail(format!("vertex {vertex} has position {:?}", v.position));
             }
+            Some(_) => {}
         }
     }
     Ok(())
@@ -186,18 +195,27 @@ fn area_twice_f64(c: [[f64; 2]; 3]) -> f64 {
     (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[1][1] - c[0][1]) * (c[2][0] - c[0][0])
 }
 
-/// What becomes of a triangle of the scene.
-enum SetUp {
-    Degenerate,
-    CoversNothing,
-    Triangle(PreparedTriangle),
-}
+/// Bounds of a triangle to be dropped because its area is zero.
+const DEGENERATE: [u16; 4] = [0; 4];
+/// Bounds of a triangle to be dropped because they contain no texel centre.
+const UNCOVERING: [u16; 4] = [1; 4];
 
-fn set_up(projected: [[f64; 3]; 3], source: u32, mask: u32, width: u32, height: u32) -> SetUp {
+fn set_up(projected: [[f64; 3]; 3], source: u32, mask: u32, width: u32, height: u32) -> PreparedTriangle {
     let mut corners = projected.map(|p| [snap(p[0]), snap(p[1])]);
+    let dropped = |bounds| PreparedTriangle {
+        corners,
+        depth: Plane { base: 0, step: [0; 2] },
+        depth_low: 0,
+        depth_high: 0,
+        bounds,
+        gradient: [0.0; 2],
+        mask,
+        source,
+        light_facing: false,
+    };
     let area = area_twice(corners);
     if area == 0 {
-        return SetUp::Degenerate;
+        return dropped(DEGENERATE);
     }
     let mut bounds = [0; 4];
     for (k, size) in [width, height].into_iter().enumerate() {
@@ -207,7 +225,7 @@ fn set_up(projected: [[f64; 3]; 3], source: u32, mask: u32, width: u32, height: 
         let first = (low - half + SUBTEXELS - 1).div_euclid(SUBTEXELS).max(0);
         let end = ((high - half).div_euclid(SUBTEXELS) + 1).min(size as i32);
         if first >= end {
-            return SetUp::CoversNothing;
+            return dropped(UNCOVERING);
         }
         (bounds[k], bounds[k + 2]) = (first as u16, end as u16);
     }
@@ -215,12 +233,12 @@ fn set_up(projected: [[f64; 3]; 3], source: u32, mask: u32, width: u32, height: 
     let reference = [f64::from(bounds[0]) + 0.5, f64::from(bounds[1]) + 0.5];
     let z = projected.map(|p| p[2]);
     let (value, gradient) = plane_through(plane_corners, z, reference);
-    let fixed_depth = |z: f64| (z * f64::from(1u32 << DEPTH_BITS)).round() as u32; // negative becomes 0
+    let fixed_depth = |z: f64| (z * f64::from(1u32 << DEPTH_BITS) + 0.5) as u32; // negative becomes 0
     let (low, high) = (z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2]));
     if area < 0 {
         corners.swap(1, 2);
     }
-    SetUp::Triangle(PreparedTriangle {
+    PreparedTriangle {
         corners,
         depth: Plane::new(value, gradient),
         depth_low: fixed_depth(low).min(1 << DEPTH_BITS),
@@ -232,7 +250,7 @@ fn set_up(projected: [[f64; 3]; 3], source: u32, mask: u32, width: u32, height: 
         // The frame (right, down, forward) is right-handed and scenes wind counter-clockwise seen from the front,
         // so the front normal's forward component has the sign of this area: negative points at the light.
         light_facing: area_twice_f64(plane_corners) < 0.0,
-    })
+    }
 }
 
 /// Corners before snapping, unless snapping changed the area too much for the plane through them to be of use.
@@ -257,7 +275,9 @@ fn set_up_mask(triangle: &PreparedTriangle, projected: [[f64; 3]; 3], uv: [[f32;
 }
 
 fn snap(texels: f64) -> i32 {
-    (texels * f64::from(SUBTEXELS)).round() as i32
+    // Truncation of a positive number rounds down, without a call that the plainest x86-64 lacks.
+    const POSITIVE: i32 = 1 << 24;
+    (texels * f64::from(SUBTEXELS) + (f64::from(POSITIVE) + 0.5)) as i32 - POSITIVE
 }
 
 /// Value at `reference` and gradient of the linear function with the given values at the corners.

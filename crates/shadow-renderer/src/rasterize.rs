@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::RenderError;
 use crate::assemble::{Band, Key, key};
-use crate::edges::for_each_covered;
+use crate::edges::for_each_span;
 use crate::memory::Budget;
 use crate::prepare::{NO_MASK, PreparedTriangle, PreparedTriangles};
 
@@ -52,9 +52,9 @@ pub(crate) fn rasterize(
     let total = AtomicU64::new(0);
     (0..bands)
         .into_par_iter()
-        .map(|band| {
+        .map_init(Scratch::default, |scratch, band| {
             let rows = band * band_rows..((band + 1) * band_rows).min(prepared.height);
-            rasterize_band(prepared, rows, lists.of(band), &total, budget, times)
+            rasterize_band(prepared, rows, lists.of(band), scratch, &total, budget, times)
         })
         .collect()
 }
@@ -96,10 +96,19 @@ impl TrianglesOfBands {
     }
 }
 
+/// Buffers kept from band to band: fresh memory costs more than the work on it.
+#[derive(Default)]
+struct Scratch {
+    texel_of: Vec<u32>,
+    unordered: Vec<Key>,
+    next: Vec<u32>,
+}
+
 fn rasterize_band(
     prepared: &PreparedTriangles,
     rows: std::ops::Range<u32>,
     triangles: &[u32],
+    scratch: &mut Scratch,
     total: &AtomicU64,
     budget: &Budget,
     times: &BandTimes,
@@ -109,21 +118,31 @@ fn rasterize_band(
     let texels = (width * rows.len() as u32) as usize;
     // Counts go one entry late, so that the prefix sum leaves starts, and the ends end as the next one's starts.
     let mut starts = vec![0u32; texels + 1];
-    let mut texel_of: Vec<u32> = Vec::new();
-    let mut unordered: Vec<Key> = Vec::new();
+    let Scratch { texel_of, unordered, next } = scratch;
+    texel_of.clear();
+    unordered.clear();
     let mut counted = 0;
     for &index in triangles {
         let triangle = &prepared.triangles[index as usize];
         let planes = (triangle.mask != NO_MASK).then(|| &prepared.mask_planes[triangle.mask as usize]);
         let [x0, y0, ..] = triangle.bounds.map(u32::from);
-        for_each_covered(triangle, rows.clone(), |x, y| {
-            let (dx, dy) = (x - x0, y - y0);
-            if planes.is_none_or(|planes| prepared.masks.passes(planes, dx, dy)) {
-                let depth = triangle.depth.depth_at(dx, dy, triangle.depth_low, triangle.depth_high);
-                let texel = (y - first_row) * width + x;
-                starts[texel as usize + 1] += 1;
-                texel_of.push(texel);
-                unordered.push(key(depth, index));
+        for_each_span(triangle, rows.clone(), |y, span| {
+            let first_texel = (y - first_row) * width;
+            let key_at = |x: u32| {
+                key(triangle.depth.depth_at(x - x0, y - y0, triangle.depth_low, triangle.depth_high), index)
+            };
+            if let Some(planes) = planes {
+                for x in span.filter(|x| prepared.masks.passes(planes, x - x0, y - y0)) {
+                    starts[(first_texel + x) as usize + 1] += 1;
+                    texel_of.push(first_texel + x);
+                    unordered.push(key_at(x));
+                }
+            } else {
+                for count in &mut starts[(first_texel + span.start + 1) as usize..][..span.len()] {
+                    *count += 1;
+                }
+                texel_of.extend(first_texel + span.start..first_texel + span.end);
+                unordered.extend(span.map(key_at));
             }
         });
         // A band may outgrow the memory by itself, so the check cannot wait for its end.
@@ -140,9 +159,9 @@ fn rasterize_band(
     for texel in 0..texels {
         starts[texel + 1] += starts[texel];
     }
-    let mut next = starts.clone();
+    next.clone_from(&starts);
     let mut keys = vec![0; unordered.len()];
-    for (&texel, &key) in texel_of.iter().zip(&unordered) {
+    for (&texel, &key) in texel_of.iter().zip(&*unordered) {
         let slot = &mut next[texel as usize];
         keys[*slot as usize] = key;
         *slot += 1;

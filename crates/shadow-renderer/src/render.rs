@@ -114,7 +114,9 @@ pub fn render_stack(
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
     let start = Instant::now();
     let frame = LightFrame::fit(scene, direction, width, height)?;
-    render_timed(scene, &frame, backend, start)
+    // Fitting has checked scene and size.
+    let prepared = PreparedTriangles::of_checked(scene, &frame)?;
+    render_timed(scene, &frame, prepared, backend, start)
 }
 
 /// Renders the stack of `scene` in a light frame of the caller's choice; triangles may lie off the map and depths
@@ -129,16 +131,17 @@ pub fn render_prepared(
     frame: &LightFrame,
     backend: Backend,
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
-    render_timed(scene, frame, backend, Instant::now())
+    let start = Instant::now();
+    render_timed(scene, frame, PreparedTriangles::new(scene, frame)?, backend, start)
 }
 
 fn render_timed(
     scene: &Scene,
     frame: &LightFrame,
+    prepared: PreparedTriangles,
     backend: Backend,
     start: Instant,
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
-    let prepared = PreparedTriangles::new(scene, frame)?;
     let budget = Budget::new(&prepared, memory::available())?;
     let mut times = StageTimes { prepare: start.elapsed(), ..StageTimes::default() };
     let (adapter, fallback) = (None, None);
