@@ -14,6 +14,9 @@ use crate::prepare::{NO_MASK, PreparedTriangle, PreparedTriangles};
 /// Texels of a band: its counters and fragments should stay within a core's cache.
 const BAND_TEXELS: u32 = 1 << 14;
 
+/// Triangles fetched at once.
+const GATHERED: usize = 64;
+
 /// Time spent in the steps inside the bands, summed over threads.
 #[derive(Default)]
 pub(crate) struct BandTimes {
@@ -99,6 +102,7 @@ impl TrianglesOfBands {
 /// Buffers kept from band to band: fresh memory costs more than the work on it.
 #[derive(Default)]
 struct Scratch {
+    gathered: Vec<PreparedTriangle>,
     texel_of: Vec<u32>,
     unordered: Vec<Key>,
     next: Vec<u32>,
@@ -118,12 +122,18 @@ fn rasterize_band(
     let texels = (width * rows.len() as u32) as usize;
     // Counts go one entry late, so that the prefix sum leaves starts, and the ends end as the next one's starts.
     let mut starts = vec![0u32; texels + 1];
-    let Scratch { texel_of, unordered, next } = scratch;
+    let Scratch { gathered, texel_of, unordered, next } = scratch;
     texel_of.clear();
     unordered.clear();
     let mut counted = 0;
-    for &index in triangles {
-        let triangle = &prepared.triangles[index as usize];
+    for (position, &index) in triangles.iter().enumerate() {
+        if position % GATHERED == 0 {
+            // Loads of one block overlap; triangle by triangle each would wait for memory.
+            let block = &triangles[position..triangles.len().min(position + GATHERED)];
+            gathered.clear();
+            gathered.extend(block.iter().map(|&t| prepared.triangles[t as usize]));
+        }
+        let triangle = &gathered[position % GATHERED];
         let planes = (triangle.mask != NO_MASK).then(|| &prepared.mask_planes[triangle.mask as usize]);
         let [x0, y0, ..] = triangle.bounds.map(u32::from);
         for_each_span(triangle, rows.clone(), |y, span| {
