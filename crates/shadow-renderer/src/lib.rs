@@ -12,6 +12,7 @@ mod prepare;
 mod rasterize;
 mod render;
 mod stack;
+mod stack_file;
 
 pub use error::RenderError;
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
