@@ -6,6 +6,7 @@ mod assemble;
 mod edges;
 mod error;
 mod fixed_point;
+mod gpu;
 mod light_frame;
 mod memory;
 mod prepare;

@@ -2,7 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use crate::assemble::assemble;
+use crate::assemble::{Band, assemble};
+use crate::gpu::{self, ChunkSizes};
 use crate::memory::{self, Budget};
 use crate::rasterize::{BandTimes, rasterize};
 use crate::{LightFrame, PreparedTriangles, RenderError, Scene, ShadowMapStack};
@@ -144,9 +145,18 @@ fn render_timed(
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
     let budget = Budget::new(&prepared, memory::available())?;
     let mut times = StageTimes { prepare: start.elapsed(), ..StageTimes::default() };
-    let (adapter, fallback) = (None, None);
-    let bands = rasterize_timed(&prepared, &budget, &mut times)?;
-    let _ = backend;
+    let (mut adapter, mut fallback) = (None, None);
+    let mut on_gpu: Option<Vec<Band>> = None;
+    if backend != Backend::Cpu {
+        match extract_on_gpu(&prepared, backend, &budget, &mut times)? {
+            Ok((bands, name)) => (on_gpu, adapter) = (Some(bands), Some(name)),
+            Err(reason) => fallback = Some(reason),
+        }
+    }
+    let bands = match on_gpu {
+        Some(bands) => bands,
+        None => rasterize_timed(&prepared, &budget, &mut times)?,
+    };
     let assembling = Instant::now();
     let stack = assemble(&prepared, bands)?;
     times.assemble = assembling.elapsed();
@@ -168,9 +178,33 @@ fn rasterize_timed(
     prepared: &PreparedTriangles,
     budget: &Budget,
     times: &mut StageTimes,
-) -> Result<Vec<crate::assemble::Band>, RenderError> {
+) -> Result<Vec<Band>, RenderError> {
     let inside = BandTimes::default();
     let bands = rasterize(prepared, budget, &inside)?;
     (times.raster, times.group, times.sort) = (inside.raster(), inside.group(), inside.sort());
     Ok(bands)
+}
+
+/// Bands and the adapter's name, or the reason to use the CPU; errors are those that the CPU would share.
+#[allow(clippy::type_complexity)]
+fn extract_on_gpu(
+    prepared: &PreparedTriangles,
+    backend: Backend,
+    budget: &Budget,
+    times: &mut StageTimes,
+) -> Result<Result<(Vec<Band>, AdapterName), String>, RenderError> {
+    let opening = Instant::now();
+    let gpu = match gpu::gpu() {
+        Ok(gpu) => gpu,
+        Err(reason) => return Ok(Err(reason.to_owned())),
+    };
+    times.device = opening.elapsed();
+    if backend == Backend::Auto && gpu.software {
+        return Ok(Err(format!("only a software adapter: {}", gpu.name)));
+    }
+    match gpu::extract(gpu, prepared, budget, ChunkSizes::default(), times) {
+        Ok(bands) => Ok(Ok((bands, gpu.name.clone()))),
+        Err(RenderError::Gpu(reason)) => Ok(Err(format!("{}: {reason}", gpu.name))),
+        Err(error) => Err(error),
+    }
 }
