@@ -18,6 +18,9 @@ mod stack_file;
 pub use error::RenderError;
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
 pub use prepare::{PreparedTriangles, SUBTEXELS};
-pub use render::{AdapterName, Backend, RenderReport, StageTimes, render_prepared, render_stack};
+pub use render::{
+    AdapterName, BINDING_BYTES, Backend, RenderReport, StageTimes, gpu_adapter, render_in_chunks,
+    render_in_frame, render_stack,
+};
 pub use scene::{AlphaMask, Camera, LightView, Material, Scene, Vertex};
 pub use stack::{FacingBits, Fragment, LayerStatistics, ShadowMapStack};

@@ -20,6 +20,9 @@ pub enum Backend {
     Auto,
 }
 
+/// Bytes of a storage binding that every graphics adapter offers.
+pub const BINDING_BYTES: u64 = 128 << 20;
+
 /// The graphics adapter that rendered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterName {
@@ -37,6 +40,14 @@ impl std::fmt::Display for AdapterName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{} ({}, {}, {})", self.name, self.device_type, self.api, self.driver)
     }
+}
+
+/// The adapter that [`Backend::Gpu`] uses.
+///
+/// # Errors
+/// [`RenderError::Gpu`] with the reason why there is none.
+pub fn gpu_adapter() -> Result<AdapterName, RenderError> {
+    gpu::gpu().map(|gpu| gpu.name.clone()).map_err(|reason| RenderError::Gpu(reason.to_owned()))
 }
 
 /// Wall-clock time of each step. On the CPU the steps inside the bands overlap; there `raster`, `group` and `sort`
@@ -85,7 +96,7 @@ pub struct RenderReport {
 /// A GPU that is missing, fails or has too little memory is replaced by the CPU; the report says why.
 ///
 /// # Errors
-/// As [`LightFrame::fit`] and [`render_prepared`].
+/// As [`LightFrame::fit`] and [`render_in_frame`].
 ///
 /// ```
 /// use shadow_renderer::*;
@@ -117,7 +128,7 @@ pub fn render_stack(
     let frame = LightFrame::fit(scene, direction, width, height)?;
     // Fitting has checked scene and size.
     let prepared = PreparedTriangles::of_checked(scene, &frame)?;
-    render_timed(scene, &frame, prepared, backend, start)
+    render_timed(scene, &frame, prepared, (backend, BINDING_BYTES), start)
 }
 
 /// Renders the stack of `scene` in a light frame of the caller's choice; triangles may lie off the map and depths
@@ -127,20 +138,34 @@ pub fn render_stack(
 /// As [`PreparedTriangles::new`], and [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] for a
 /// stack that 32-bit offsets or the memory cannot hold, estimated before anything large is allocated and checked
 /// exactly on the way.
-pub fn render_prepared(
+pub fn render_in_frame(
     scene: &Scene,
     frame: &LightFrame,
     backend: Backend,
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
+    render_in_chunks(scene, frame, backend, BINDING_BYTES)
+}
+
+/// As [`render_in_frame`], with the GPU's work cut into pieces for storage bindings of at most `binding_bytes` bytes
+/// instead of [`BINDING_BYTES`], which is also the most that is used. The stack does not depend on it.
+///
+/// # Errors
+/// As [`render_in_frame`].
+pub fn render_in_chunks(
+    scene: &Scene,
+    frame: &LightFrame,
+    backend: Backend,
+    binding_bytes: u64,
+) -> Result<(ShadowMapStack, RenderReport), RenderError> {
     let start = Instant::now();
-    render_timed(scene, frame, PreparedTriangles::new(scene, frame)?, backend, start)
+    render_timed(scene, frame, PreparedTriangles::new(scene, frame)?, (backend, binding_bytes), start)
 }
 
 fn render_timed(
     scene: &Scene,
     frame: &LightFrame,
     prepared: PreparedTriangles,
-    backend: Backend,
+    (backend, binding_bytes): (Backend, u64),
     start: Instant,
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
     let budget = Budget::new(&prepared, memory::available())?;
@@ -148,7 +173,7 @@ fn render_timed(
     let (mut adapter, mut fallback) = (None, None);
     let mut on_gpu: Option<Vec<Band>> = None;
     if backend != Backend::Cpu {
-        match extract_on_gpu(&prepared, backend, &budget, &mut times)? {
+        match extract_on_gpu(&prepared, (backend, binding_bytes), &budget, &mut times)? {
             Ok((bands, name)) => (on_gpu, adapter) = (Some(bands), Some(name)),
             Err(reason) => fallback = Some(reason),
         }
@@ -189,7 +214,7 @@ fn rasterize_timed(
 #[allow(clippy::type_complexity)]
 fn extract_on_gpu(
     prepared: &PreparedTriangles,
-    backend: Backend,
+    (backend, binding_bytes): (Backend, u64),
     budget: &Budget,
     times: &mut StageTimes,
 ) -> Result<Result<(Vec<Band>, AdapterName), String>, RenderError> {
@@ -202,7 +227,8 @@ fn extract_on_gpu(
     if backend == Backend::Auto && gpu.software {
         return Ok(Err(format!("only a software adapter: {}", gpu.name)));
     }
-    match gpu::extract(gpu, prepared, budget, ChunkSizes::default(), times) {
+    let sizes = ChunkSizes::for_bindings(binding_bytes.min(BINDING_BYTES));
+    match gpu::extract(gpu, prepared, budget, sizes, times) {
         Ok(bands) => Ok(Ok((bands, gpu.name.clone()))),
         Err(RenderError::Gpu(reason)) => Ok(Err(format!("{}: {reason}", gpu.name))),
         Err(error) => Err(error),

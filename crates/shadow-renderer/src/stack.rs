@@ -192,26 +192,18 @@ impl ShadowMapStack {
                 format!("has {} bits for {fragments} depths", self.light_facing.len()),
             );
         }
+        if let Some(texel) = self.offsets.windows(2).position(|w| w[0] > w[1]) {
+            let (from, to) = (self.offsets[texel], self.offsets[texel + 1]);
+            return fail("offsets", format!("descends from {from} to {to} after texel {texel}"));
+        }
+        if let Some(i) = self.depths.iter().position(|d| !(0.0..=1.0).contains(d)) {
+            return fail("depths", format!("holds {} at {i}, outside of [0, 1]", self.depths[i]));
+        }
         for (texel, w) in self.offsets.windows(2).enumerate() {
-            if w[0] > w[1] {
-                return fail("offsets", format!("descends from {} to {} after texel {texel}", w[0], w[1]));
-            }
-            let mut previous = 0.0;
-            for i in w[0] as usize..w[1] as usize {
-                // Offsets further on may still be wrong, so an index may lie beyond the end.
-                let Some(&depth) = self.depths.get(i) else {
-                    return fail("offsets", format!("reaches {} of {fragments} at texel {texel}", w[1]));
-                };
-                if !(0.0..=1.0).contains(&depth) {
-                    return fail("depths", format!("holds {depth} at {i}, outside of [0, 1]"));
-                }
-                if depth < previous {
-                    return fail(
-                        "depths",
-                        format!("descends from {previous} to {depth} at {i}, texel {texel}"),
-                    );
-                }
-                previous = depth;
+            let depths = &self.depths[w[0] as usize..w[1] as usize];
+            if let Some(i) = depths.windows(2).position(|d| d[0] > d[1]) {
+                let what = format!("descends from {} to {} in texel {texel}", depths[i], depths[i + 1]);
+                return fail("depths", what);
             }
         }
         if let Some(i) = self.gradients.iter().position(|g| !(g[0].is_finite() && g[1].is_finite())) {

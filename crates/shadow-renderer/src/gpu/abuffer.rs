@@ -5,13 +5,13 @@ use std::time::Instant;
 use wgpu::BufferUsages as Usage;
 
 use super::device::{Gpu, Scopes};
-use super::work_items::{gpu_triangles, items, most_fragments};
+use super::work_items::{GpuTriangle, Item, gpu_triangles, items, most_fragments};
 use crate::assemble::{Band, Key};
 use crate::memory::Budget;
 use crate::prepare::PreparedTriangles;
 use crate::{RenderError, StageTimes};
 
-/// Sizes of the pieces into which work is cut, so that every binding stays within the 128 MiB all devices offer.
+/// Sizes of the pieces into which work is cut, so that every binding stays within its limit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChunkSizes {
     pub triangles: usize,
@@ -20,10 +20,18 @@ pub(crate) struct ChunkSizes {
     pub fragments: u64,
 }
 
-impl Default for ChunkSizes {
-    fn default() -> Self {
-        // 64, 48, 16 and 128 MiB. Bands of a quarter of this many texels would cost more round trips.
-        Self { triangles: 1 << 20, items: 1 << 21, texels: 1 << 22, fragments: 1 << 24 }
+impl ChunkSizes {
+    /// Pieces for bindings of at most `bytes` bytes; at least one of everything.
+    pub fn for_bindings(bytes: u64) -> Self {
+        let of = |size: usize| (bytes / size as u64).clamp(1, 1 << 24);
+        Self {
+            triangles: of(size_of::<GpuTriangle>()) as usize,
+            // More would need more workgroups than a dispatch has.
+            items: of(size_of::<Item>()).min(1 << 21) as usize,
+            // Counters, starts and keys grow together: bands of a thirty-second rarely have to be halved.
+            texels: of(32 * size_of::<u32>()) as u32,
+            fragments: of(size_of::<Key>()),
+        }
     }
 }
 
@@ -168,11 +176,13 @@ impl<'a> Extraction<'a> {
         let bytes = u64::from(texels) * 4;
         let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
         let counters = gpu.buffer("counters", bytes, usage);
+        // Counting shares its bindings with scattering but writes no keys.
+        let no_keys = gpu.buffer("no keys", 0, usage);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&counters, 0, None);
         for batch in &batches {
             let groups = batch.count.div_ceil(FRAGMENT_THREADS);
-            self.pass(&mut encoder, &pipelines.count, &self.bindings(batch, &counters, None), groups);
+            self.pass(&mut encoder, &pipelines.count, &self.bindings(batch, &counters, &no_keys), groups);
         }
         gpu.queue.submit([encoder.finish()]);
         gpu.wait()?;
@@ -200,12 +210,7 @@ impl<'a> Extraction<'a> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         for batch in &batches {
             let groups = batch.count.div_ceil(FRAGMENT_THREADS);
-            self.pass(
-                &mut encoder,
-                &pipelines.scatter,
-                &self.bindings(batch, &counters, Some(&keys)),
-                groups,
-            );
+            self.pass(&mut encoder, &pipelines.scatter, &self.bindings(batch, &counters, &keys), groups);
         }
         gpu.queue.submit([encoder.finish()]);
         gpu.wait()?;
@@ -252,18 +257,17 @@ impl<'a> Extraction<'a> {
         &'b self,
         batch: &'b Batch<'_>,
         counters: &'b wgpu::Buffer,
-        keys: Option<&'b wgpu::Buffer>,
-    ) -> Vec<(u32, &'b wgpu::Buffer)> {
-        let mut bindings = vec![
+        keys: &'b wgpu::Buffer,
+    ) -> [(u32, &'b wgpu::Buffer); 7] {
+        [
             (0, &batch.params),
             (1, &batch.chunk.triangles),
             (2, &batch.items),
             (3, &batch.chunk.mask_planes),
             (4, &self.mask_bits),
             (5, counters),
-        ];
-        bindings.extend(keys.map(|keys| (6, keys)));
-        bindings
+            (6, keys),
+        ]
     }
 
     fn pass(
