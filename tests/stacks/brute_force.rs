@@ -45,13 +45,19 @@ fn passes(mask: &AlphaMask, uv: [f64; 2]) -> Option<bool> {
 pub fn check(case: &Case, stack: &ShadowMapStack) -> Result<(), String> {
     let (scene, frame) = (&case.scene, &case.frame);
     let mut doubtful = 0;
+    let projected: Vec<_> = scene
+        .triangles
+        .iter()
+        .map(|triangle| {
+            let p = triangle.map(|i| frame.project(scene.vertices[i as usize].position.map(f64::from)));
+            (p, p.map(|p| [0, 1].map(|k| 2 * (p[k] * 256.0 + 0.5).floor() as i128)))
+        })
+        .collect();
     for y in 0..frame.height {
         for x in 0..frame.width {
             let mut expected: Vec<Expected> = Vec::new();
             let mut unsure = false;
-            for (triangle, &material) in scene.triangles.iter().zip(&scene.triangle_material) {
-                let p = triangle.map(|i| frame.project(scene.vertices[i as usize].position.map(f64::from)));
-                let snapped = p.map(|p| [0, 1].map(|k| 2 * (p[k] * 256.0 + 0.5).floor() as i128));
+            for (index, &(p, snapped)) in projected.iter().enumerate() {
                 if !covers(snapped, [i128::from(x) * 512 + 256, i128::from(y) * 512 + 256]) {
                     continue;
                 }
@@ -59,6 +65,7 @@ pub fn check(case: &Case, stack: &ShadowMapStack) -> Result<(), String> {
                 let area = e1[0] * e2[1] - e1[1] * e2[0];
                 let d = [f64::from(x) + 0.5 - p[0][0], f64::from(y) + 0.5 - p[0][1]];
                 let (u, v) = ((d[0] * e2[1] - d[1] * e2[0]) / area, (e1[0] * d[1] - e1[1] * d[0]) / area);
+                let (triangle, material) = (scene.triangles[index], scene.triangle_material[index]);
                 if let Some(mask) = &scene.materials[material as usize].mask {
                     let uv = triangle.map(|i| scene.vertices[i as usize].uv.map(f64::from));
                     let at = [0, 1].map(|k| uv[0][k] + u * (uv[1][k] - uv[0][k]) + v * (uv[2][k] - uv[0][k]));
