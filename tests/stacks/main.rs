@@ -5,6 +5,7 @@ mod bad_input;
 mod brute_force;
 mod compare;
 mod files;
+mod frames;
 mod scenes;
 mod stencil;
 
@@ -47,6 +48,7 @@ fn main() -> ExitCode {
     trials.extend(analysis::trials());
     trials.extend(files::trials());
     trials.extend(bad_input::trials());
+    trials.extend(frames::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 

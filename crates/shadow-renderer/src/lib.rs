@@ -6,9 +6,13 @@ mod assemble;
 mod edges;
 mod error;
 mod fixed_point;
+mod frame;
+mod frame_raster;
+mod glyphs;
 mod gpu;
 mod light_frame;
 mod memory;
+pub mod pictures;
 mod prepare;
 mod rasterize;
 mod render;
@@ -16,6 +20,7 @@ mod stack;
 mod stack_file;
 
 pub use error::RenderError;
+pub use frame::{Frame, NO_TRIANGLE};
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
 pub use prepare::{PreparedTriangles, SUBTEXELS};
 pub use render::{

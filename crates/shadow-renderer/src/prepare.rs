@@ -274,7 +274,8 @@ fn set_up_mask(triangle: &PreparedTriangle, projected: [[f64; 3]; 3], uv: [[f32;
     MaskPlanes { u: plane(0), v: plane(1), mask: triangle.mask }
 }
 
-fn snap(texels: f64) -> i32 {
+/// Nearest multiple of a sub-texel, halves rounded up; for magnitudes up to 2^15 texels.
+pub(crate) fn snap(texels: f64) -> i32 {
     // Truncation of a positive number rounds down, without a call that the plainest x86-64 lacks.
     const POSITIVE: i32 = 1 << 24;
     (texels * f64::from(SUBTEXELS) + (f64::from(POSITIVE) + 0.5)) as i32 - POSITIVE
