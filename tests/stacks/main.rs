@@ -1,9 +1,13 @@
 //! Stacks: GPU against CPU bit for bit, both against brute force, stencil routing and analysis.
 
+// A panic is how a test or benchmark reports.
+#![allow(clippy::unwrap_used)]
+
 mod analysis;
 mod bad_input;
 mod brute_force;
 mod compare;
+mod depth_maps;
 mod files;
 mod frames;
 mod scenes;
@@ -45,6 +49,8 @@ fn main() -> ExitCode {
     }));
     trials.push(Trial::test("brute_force_finds_planted_faults", brute_force_can_fail));
     trials.push(gpu_trial("stencil_routing".into(), stencil::agrees_with_the_stack));
+    trials.push(gpu_trial("depth_maps::single".into(), depth_maps::single_sample_is_layer_0));
+    trials.push(gpu_trial("depth_maps::several".into(), depth_maps::several_samples));
     trials.extend(analysis::trials());
     trials.extend(files::trials());
     trials.extend(bad_input::trials());

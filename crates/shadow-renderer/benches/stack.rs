@@ -1,5 +1,8 @@
 //! Stack extraction at 1024^2: about 200 k small triangles, 1.5 M fragments, some 25 layers at most.
 
+// A panic is how a test or benchmark reports.
+#![allow(clippy::unwrap_used)]
+
 use criterion::{Criterion, criterion_group, criterion_main};
 use shadow_renderer::*;
 

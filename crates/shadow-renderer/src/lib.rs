@@ -21,6 +21,7 @@ mod stack_file;
 
 pub use error::RenderError;
 pub use frame::{Frame, NO_TRIANGLE};
+pub use gpu::{DepthMap, SUPERSAMPLE_8, Sampling};
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
 pub use prepare::{PreparedTriangles, SUBTEXELS};
 pub use render::{
