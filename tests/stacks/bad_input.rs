@@ -41,7 +41,8 @@ fn errors() -> Result<(), Failed> {
         let mask = AlphaMask { width, height, alpha: vec![255; texels], cutoff: 1 };
         move |s: &mut Scene| s.materials[0].mask = Some(mask.clone().into())
     };
-    let inconsistent: [(&str, &dyn Fn(&mut Scene)); 9] = [
+    type Edit<'a> = &'a dyn Fn(&mut Scene);
+    let inconsistent: [(&str, Edit); 9] = [
         ("vertex index", &|s| s.triangles[1][2] = 99),
         ("material index", &|s| s.triangle_material[0] = 1),
         ("material list", &|s| s.triangle_material.truncate(1)),

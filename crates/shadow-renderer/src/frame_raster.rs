@@ -79,11 +79,17 @@ impl View {
 
     /// The part of a triangle in front of the near plane and within the visible cone, in camera space.
     fn clip(&self, triangle: [[f64; 3]; 3]) -> Vec<[f64; 3]> {
-        let planes: [&dyn Fn(&[f64; 3]) -> f64; 5] =
-            [&|c| c[2] - self.near, &|c| c[2] - c[0], &|c| c[2] + c[0], &|c| c[2] - c[1], &|c| c[2] + c[1]];
+        // Inside is where the scalar product with the normal is at least the second number.
+        let planes = [
+            ([0.0, 0.0, 1.0], self.near),
+            ([-1.0, 0.0, 1.0], 0.0),
+            ([1.0, 0.0, 1.0], 0.0),
+            ([0.0, -1.0, 1.0], 0.0),
+            ([0.0, 1.0, 1.0], 0.0),
+        ];
         let mut polygon = triangle.to_vec();
-        for inside in planes {
-            let distances: Vec<f64> = polygon.iter().map(inside).collect();
+        for (normal, least) in planes {
+            let distances: Vec<f64> = polygon.iter().map(|&c| dot(c, normal) - least).collect();
             if distances.iter().all(|&d| d >= 0.0) {
                 continue;
             }

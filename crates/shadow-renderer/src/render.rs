@@ -174,8 +174,8 @@ fn render_timed(
     let mut on_gpu: Option<Vec<Band>> = None;
     if backend != Backend::Cpu {
         match extract_on_gpu(&prepared, (backend, binding_bytes), &budget, &mut times)? {
-            Ok((bands, name)) => (on_gpu, adapter) = (Some(bands), Some(name)),
-            Err(reason) => fallback = Some(reason),
+            Attempt::Rendered(bands, name) => (on_gpu, adapter) = (Some(bands), Some(name)),
+            Attempt::Refused(reason) => fallback = Some(reason),
         }
     }
     let bands = match on_gpu {
@@ -210,27 +210,34 @@ fn rasterize_timed(
     Ok(bands)
 }
 
-/// Bands and the adapter's name, or the reason to use the CPU; errors are those that the CPU would share.
-#[allow(clippy::type_complexity)]
+/// What came of using the GPU.
+enum Attempt {
+    /// The fragments and who found them.
+    Rendered(Vec<Band>, AdapterName),
+    /// The reason to use the CPU.
+    Refused(String),
+}
+
+/// Errors are those that the CPU would share.
 fn extract_on_gpu(
     prepared: &PreparedTriangles,
     (backend, binding_bytes): (Backend, u64),
     budget: &Budget,
     times: &mut StageTimes,
-) -> Result<Result<(Vec<Band>, AdapterName), String>, RenderError> {
+) -> Result<Attempt, RenderError> {
     let opening = Instant::now();
     let gpu = match gpu::gpu() {
         Ok(gpu) => gpu,
-        Err(reason) => return Ok(Err(reason.to_owned())),
+        Err(reason) => return Ok(Attempt::Refused(reason.to_owned())),
     };
     times.device = opening.elapsed();
     if backend == Backend::Auto && gpu.software {
-        return Ok(Err(format!("only a software adapter: {}", gpu.name)));
+        return Ok(Attempt::Refused(format!("only a software adapter: {}", gpu.name)));
     }
     let sizes = ChunkSizes::for_bindings(binding_bytes.min(BINDING_BYTES));
     match gpu::extract(gpu, prepared, budget, sizes, times) {
-        Ok(bands) => Ok(Ok((bands, gpu.name.clone()))),
-        Err(RenderError::Gpu(reason)) => Ok(Err(format!("{}: {reason}", gpu.name))),
+        Ok(bands) => Ok(Attempt::Rendered(bands, gpu.name.clone())),
+        Err(RenderError::Gpu(reason)) => Ok(Attempt::Refused(format!("{}: {reason}", gpu.name))),
         Err(error) => Err(error),
     }
 }
