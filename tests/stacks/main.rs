@@ -41,12 +41,14 @@ fn main() -> ExitCode {
         let whole = case.clone();
         trials.push(gpu_trial(format!("gpu::{name}"), move || gpu_equals_cpu(&whole, BINDING_BYTES)));
         // So small that there are many chunks of triangles, batches of rectangles, and bands to halve.
-        trials.push(gpu_trial(format!("gpu_in_chunks::{name}"), move || gpu_equals_cpu(&case, 32_768)));
+        trials.push(gpu_trial(format!("gpu_in_chunks::{name}"), move || gpu_equals_cpu(&case, 65_536)));
     }
     trials.push(Trial::test("comparison_finds_planted_faults", || {
         let case = scenes::cases().into_iter().find(|c| c.name == "soup 1").ok_or("no such scene")?;
         Ok(compare::finds_planted_faults(&cpu(&case))?)
     }));
+    trials.push(Trial::test("auto_avoids_software_adapters", auto_avoids_software_adapters));
+    trials.push(gpu_trial("gpu_falls_back_to_the_cpu".into(), gpu_falls_back_to_the_cpu));
     trials.push(Trial::test("brute_force_finds_planted_faults", brute_force_can_fail));
     trials.push(gpu_trial("stencil_routing".into(), stencil::agrees_with_the_stack));
     trials.push(gpu_trial("depth_maps::single".into(), depth_maps::single_sample_is_layer_0));
@@ -106,4 +108,24 @@ fn brute_force_can_fail() -> Result<(), Failed> {
         }
     }
     Ok(())
+}
+
+fn auto_avoids_software_adapters() -> Result<(), Failed> {
+    let case = scenes::cases().into_iter().find(|c| c.name == "soup 3").ok_or("no such scene")?;
+    let (stack, report) = render_in_frame(&case.scene, &case.frame, Backend::Auto)?;
+    match (&report.adapter, &report.fallback) {
+        (Some(adapter), None) => assert_ne!(adapter.device_type, "Cpu"),
+        (None, Some(reason)) => assert!(!reason.is_empty()),
+        other => return Err(format!("neither a GPU nor a reason against it: {other:?}").into()),
+    }
+    Ok(compare::compare(&stack, &cpu(&case))?)
+}
+
+/// With too little memory for a single row on the device, the stack comes from the CPU, and the report says why.
+fn gpu_falls_back_to_the_cpu() -> Result<(), Failed> {
+    let case = scenes::cases().into_iter().find(|c| c.name == "many layers").ok_or("no such scene")?;
+    let (stack, report) = render_in_chunks(&case.scene, &case.frame, Backend::Gpu, 4096)?;
+    let reason = report.fallback.ok_or("the GPU rendered")?;
+    assert!(reason.contains("too many fragments") && report.adapter.is_none(), "{reason}");
+    Ok(compare::compare(&stack, &cpu(&case))?)
 }

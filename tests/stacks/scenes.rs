@@ -131,7 +131,7 @@ pub fn cases() -> Vec<Case> {
     add("slivers", slivers, SLANTED, 80, 80);
     add(
         "many layers",
-        (0..300).flat_map(|i| ground(1.0, (i * 37 % 300) as f32)).collect(),
+        (0..300).flat_map(|i| ground(1.0, 0.001 * (i * 37 % 300) as f32)).collect(),
         [0.1, -1.0, 0.0],
         24,
         24,

@@ -82,11 +82,8 @@ pub(crate) fn assemble(
     })
 }
 
-/// A zeroed list, or a typed error where the allocator refuses.
-fn zeroed<T: bytemuck::Zeroable + Clone>(len: usize) -> Result<Vec<T>, RenderError> {
-    let mut list = Vec::new();
-    list.try_reserve_exact(len)
-        .map_err(|_| crate::memory::refused("the stack", (len * size_of::<T>()) as u64))?;
-    list.resize(len, T::zeroed());
-    Ok(list)
+/// A zeroed list, or a typed error where the allocator refuses. The pages are touched first by whoever fills them.
+fn zeroed<T: bytemuck::Zeroable>(len: usize) -> Result<Vec<T>, RenderError> {
+    bytemuck::allocation::try_zeroed_vec(len)
+        .map_err(|()| crate::memory::refused("the stack", (len * size_of::<T>()) as u64))
 }

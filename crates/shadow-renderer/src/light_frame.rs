@@ -104,11 +104,20 @@ impl LightFrame {
         let (low, high) = scene
             .triangles
             .par_iter()
-            .flatten_iter()
-            .fold(nothing, |range, &index| {
-                let p = scene.vertices[index as usize].position.map(f64::from);
-                let t = [right, down, forward].map(|axis| dot(p, axis));
-                join(range, (t, t))
+            .fold(nothing, |(mut low, mut high), triangle| {
+                for &index in triangle {
+                    let p = scene.vertices[index as usize].position.map(f64::from);
+                    for (k, axis) in [right, down, forward].into_iter().enumerate() {
+                        let t = dot(p, axis);
+                        if t < low[k] {
+                            low[k] = t;
+                        }
+                        if t > high[k] {
+                            high[k] = t;
+                        }
+                    }
+                }
+                (low, high)
             })
             .reduce(nothing, join);
         let extent = |k: usize| high[k] - low[k];

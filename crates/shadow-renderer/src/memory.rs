@@ -68,3 +68,32 @@ impl Budget {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The map of a budget without fixed cost.
+    fn budget(available: u64) -> Budget {
+        Budget { fixed_bytes: 0, available }
+    }
+
+    #[test]
+    fn limits_are_exact() {
+        assert!(budget(u64::MAX).check(u64::from(u32::MAX)).is_ok());
+        let too_many = budget(u64::MAX).check(1 << 32);
+        assert!(matches!(too_many, Err(RenderError::TooManyFragments { at_least: 0x1_0000_0000 })));
+        let million = 1_000_000 * BYTES_PER_FRAGMENT;
+        assert!(budget(million * 2).check(1_000_000).is_ok());
+        let refused = budget(million).check(1_000_000);
+        let Err(RenderError::OutOfMemory { needed_mib, available_mib, .. }) = refused else {
+            panic!("{refused:?}");
+        };
+        assert_eq!((needed_mib, available_mib), (million >> 20, million >> 20));
+    }
+
+    #[test]
+    fn the_system_tells_its_memory() {
+        assert!(available() > 1 << 20);
+    }
+}

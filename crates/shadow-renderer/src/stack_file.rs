@@ -3,6 +3,7 @@
 use std::fs::{self, File};
 use std::io::{self, BufReader, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use npyz::{AutoSerialize, Deserialize, NpyFile, Order, WriterBuilder};
 use zip::write::SimpleFileOptions;
@@ -34,7 +35,10 @@ impl ShadowMapStack {
         let name = path.file_name().ok_or_else(|| fail(io::ErrorKind::InvalidInput.into()))?;
         let mut partial_name = std::ffi::OsString::from(".");
         partial_name.push(name);
-        partial_name.push(format!(".{}.partial", std::process::id()));
+        // Unique among processes and threads that may save to the same place.
+        static SAVES: AtomicU64 = AtomicU64::new(0);
+        let save = SAVES.fetch_add(1, Ordering::Relaxed);
+        partial_name.push(format!(".{}-{save}.partial", std::process::id()));
         let partial = path.with_file_name(partial_name);
         let written = self.write_archive(&partial).and_then(|()| fs::rename(&partial, path));
         written.map_err(|error| {
