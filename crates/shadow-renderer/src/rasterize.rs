@@ -14,6 +14,9 @@ use crate::prepare::{NO_MASK, PreparedTriangle, PreparedTriangles};
 /// Texels of a band: its counters and fragments should stay within a core's cache.
 const BAND_TEXELS: u32 = 1 << 14;
 
+/// Triangles sorted into bands by one task.
+const LISTED: usize = 1 << 14;
+
 /// Triangles fetched at once.
 const GATHERED: usize = 64;
 
@@ -51,25 +54,35 @@ pub(crate) fn rasterize(
 ) -> Result<Vec<Band>, RenderError> {
     let band_rows = (BAND_TEXELS / prepared.width).max(1);
     let bands = prepared.height.div_ceil(band_rows);
-    let lists = TrianglesOfBands::new(&prepared.triangles, band_rows, bands);
+    let lists: Vec<TrianglesOfBands> = prepared
+        .triangles
+        .par_chunks(LISTED)
+        .enumerate()
+        .map(|(chunk, triangles)| TrianglesOfBands::new(triangles, chunk * LISTED, band_rows, bands))
+        .collect();
     let total = AtomicU64::new(0);
     (0..bands)
         .into_par_iter()
         .map_init(Scratch::default, |scratch, band| {
             let rows = band * band_rows..((band + 1) * band_rows).min(prepared.height);
-            rasterize_band(prepared, rows, lists.of(band), scratch, &total, budget, times)
+            let mut triangles = std::mem::take(&mut scratch.triangles);
+            triangles.clear();
+            lists.iter().for_each(|list| triangles.extend_from_slice(list.of(band)));
+            let done = rasterize_band(prepared, rows, &triangles, scratch, &total, budget, times);
+            scratch.triangles = triangles;
+            done
         })
         .collect()
 }
 
-/// For each band the prepared triangles that reach into it, ascending.
+/// For each band those of a chunk of prepared triangles that reach into it, ascending.
 struct TrianglesOfBands {
     starts: Vec<usize>,
     triangles: Vec<u32>,
 }
 
 impl TrianglesOfBands {
-    fn new(triangles: &[PreparedTriangle], band_rows: u32, bands: u32) -> Self {
+    fn new(triangles: &[PreparedTriangle], first: usize, band_rows: u32, bands: u32) -> Self {
         let bands_of = |t: &PreparedTriangle| {
             (u32::from(t.bounds[1]) / band_rows) as usize
                 ..=((u32::from(t.bounds[3]) - 1) / band_rows) as usize
@@ -85,7 +98,7 @@ impl TrianglesOfBands {
         }
         let mut next = starts.clone();
         let mut list = vec![0; starts[bands as usize]];
-        for (index, triangle) in triangles.iter().enumerate() {
+        for (index, triangle) in (first..).zip(triangles) {
             for band in bands_of(triangle) {
                 list[next[band]] = index as u32;
                 next[band] += 1;
@@ -102,6 +115,7 @@ impl TrianglesOfBands {
 /// Buffers kept from band to band: fresh memory costs more than the work on it.
 #[derive(Default)]
 struct Scratch {
+    triangles: Vec<u32>,
     gathered: Vec<PreparedTriangle>,
     texel_of: Vec<u32>,
     unordered: Vec<Key>,
@@ -122,7 +136,7 @@ fn rasterize_band(
     let texels = (width * rows.len() as u32) as usize;
     // Counts go one entry late, so that the prefix sum leaves starts, and the ends end as the next one's starts.
     let mut starts = vec![0u32; texels + 1];
-    let Scratch { gathered, texel_of, unordered, next } = scratch;
+    let Scratch { gathered, texel_of, unordered, next, .. } = scratch;
     texel_of.clear();
     unordered.clear();
     let mut counted = 0;
