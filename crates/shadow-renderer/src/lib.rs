@@ -4,7 +4,6 @@ pub mod scene;
 
 mod assemble;
 mod edges;
-mod error;
 mod fixed_point;
 mod frame;
 mod frame_raster;
@@ -16,10 +15,10 @@ pub mod pictures;
 mod prepare;
 mod rasterize;
 mod render;
+mod render_error;
 mod stack;
 mod stack_file;
 
-pub use error::RenderError;
 pub use frame::{Frame, NO_TRIANGLE};
 pub use gpu::{DepthMap, SUPERSAMPLE_8, Sampling};
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
@@ -28,5 +27,6 @@ pub use render::{
     AdapterName, BINDING_BYTES, Backend, RenderReport, StageTimes, gpu_adapter, render_in_chunks,
     render_in_frame, render_stack,
 };
+pub use render_error::RenderError;
 pub use scene::{AlphaMask, Camera, LightView, Material, Scene, Vertex};
 pub use stack::{FacingBits, Fragment, LayerStatistics, ShadowMapStack};
