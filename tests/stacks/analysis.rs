@@ -22,8 +22,8 @@ fn render(corners: &[[f32; 3]], direction: [f32; 3], size: u32) -> (ShadowMapSta
 /// Depth and gradient of the plane with normal `n` through `p` at texel (x, y), from the frame alone.
 fn plane_at(frame: &LightFrame, p: [f64; 3], n: [f64; 3], x: u32, y: u32) -> (f64, [f64; 2]) {
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let across = dot(n, frame.forward) * frame.depth_range * frame.texels_per_unit;
-    let gradient = [-dot(n, frame.right) / across, -dot(n, frame.down) / across];
+    let across = frame.texels_per_unit.map(|texels| dot(n, frame.forward) * frame.depth_range * texels);
+    let gradient = [-dot(n, frame.right) / across[0], -dot(n, frame.down) / across[1]];
     let at = frame.project(p);
     let steps = [f64::from(x) + 0.5 - at[0], f64::from(y) + 0.5 - at[1]];
     (at[2] + gradient[0] * steps[0] + gradient[1] * steps[1], gradient)
@@ -49,7 +49,10 @@ fn tilted_plane() -> Result<(), Failed> {
             }
         }
         // The plane's area on the map, in texels.
-        let area = 4.0 * report.frame.texels_per_unit.powi(2) * report.frame.forward[1].abs();
+        let area = 4.0
+            * report.frame.texels_per_unit[0]
+            * report.frame.texels_per_unit[1]
+            * report.frame.forward[1].abs();
         near("covered texels", stack.fragments() as f64, area, 0.02 * area)?;
     }
     Ok(())
@@ -101,7 +104,8 @@ fn sphere() -> Result<(), Failed> {
     let radius = frame.texels_per_unit;
     let centre = frame.project([0.0; 3]);
     for (x, y) in (0..200).flat_map(|y| (0..200).map(move |x| (x, y))) {
-        let [dx, dy] = [(f64::from(x) + 0.5 - centre[0]) / radius, (f64::from(y) + 0.5 - centre[1]) / radius];
+        let [dx, dy] =
+            [(f64::from(x) + 0.5 - centre[0]) / radius[0], (f64::from(y) + 0.5 - centre[1]) / radius[1]];
         let within = 1.0 - dx * dx - dy * dy;
         if within < -0.01 {
             assert_eq!(stack.layers(x, y).len(), 0);
@@ -115,9 +119,9 @@ fn sphere() -> Result<(), Failed> {
         for (layer, sign) in layers.iter().zip([-1.0, 1.0]) {
             let depth = centre[2] + sign * within.sqrt() / frame.depth_range;
             near("depth", layer.depth.into(), depth, 3e-4)?;
-            let slope = -sign / (within.sqrt() * frame.depth_range * radius);
-            near("d depth / d x", layer.gradient[0].into(), slope * dx, 0.1 * slope.abs())?;
-            near("d depth / d y", layer.gradient[1].into(), slope * dy, 0.1 * slope.abs())?;
+            let slope = radius.map(|r| -sign / (within.sqrt() * frame.depth_range * r));
+            near("d depth / d x", layer.gradient[0].into(), slope[0] * dx, 0.1 * slope[0].abs())?;
+            near("d depth / d y", layer.gradient[1].into(), slope[1] * dy, 0.1 * slope[1].abs())?;
             assert_eq!(layer.light_facing, sign < 0.0);
         }
     }

@@ -61,7 +61,7 @@ fn errors() -> Result<(), Failed> {
         assert!(matches!(found, RenderError::Scene { .. }), "{name}: {found}");
     }
     let mut frame = LightFrame::fit(&good, SLANTED, 64, 64)?;
-    frame.texels_per_unit *= 1e6;
+    frame.texels_per_unit[1] *= 1e6;
     let far = render_in_frame(&good, &frame, Backend::Cpu);
     assert!(matches!(far, Err(RenderError::GuardBand { .. })));
     // Extreme, but valid.

@@ -142,7 +142,7 @@ pub fn cases() -> Vec<Case> {
 
     let mut add_in_frame = |name, scene: Scene, zoom: f64, shift: [f64; 2]| {
         let mut frame = LightFrame::fit(&scene, SLANTED, 64, 64).unwrap();
-        frame.texels_per_unit *= zoom;
+        frame.texels_per_unit = frame.texels_per_unit.map(|t| t * zoom);
         for (origin, shift) in frame.origin_texel.iter_mut().zip(shift) {
             *origin = (*origin - 32.0) * zoom + 32.0 + shift;
         }

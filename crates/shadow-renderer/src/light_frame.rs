@@ -16,7 +16,7 @@ pub const FIT_MARGIN: u32 = 5;
 ///
 /// Texel x grows to the right and texel y downwards as seen along the light, depth grows along the light:
 /// (right, down, forward) is a right-handed orthonormal frame. Texel (i, j) covers [i, i+1) x [j, j+1), its centre
-/// is (i + 0.5, j + 0.5). Texels are squares in the world.
+/// is (i + 0.5, j + 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightFrame {
     /// World direction of growing texel x, unit length.
@@ -25,8 +25,8 @@ pub struct LightFrame {
     pub down: [f64; 3],
     /// World direction in which the light travels and depth grows, unit length.
     pub forward: [f64; 3],
-    /// Texels per world unit, the same in x and y.
-    pub texels_per_unit: f64,
+    /// Texels per world unit in x and in y.
+    pub texels_per_unit: [f64; 2],
     /// Texel coordinates of the world's origin.
     pub origin_texel: [f64; 2],
     /// Distance along `forward` that has depth 0.
@@ -85,8 +85,9 @@ impl LightFrame {
         Ok([right, cross(forward, right), forward])
     }
 
-    /// Fits the triangles of `scene` into a map of the given size, centred, with square texels and a margin of
-    /// [`FIT_MARGIN`] texels (a ninth of the side for sides under 45 texels), depth from 0 at the first to 1 at the
+    /// Fits the triangles of `scene` into a map of the given size, x and y on their own as low light would leave
+    /// most of the map empty otherwise, with a margin of [`FIT_MARGIN`] texels (a ninth of the side for sides under 45
+    /// texels), depth from 0 at the first to 1 at the
     /// last used vertex. A scene without extent in depth gets depth 0 throughout.
     ///
     /// # Errors
@@ -122,11 +123,12 @@ impl LightFrame {
             .reduce(nothing, join);
         let extent = |k: usize| high[k] - low[k];
         let usable = |size: u32| f64::from(size) - 2.0 * margin(size);
-        let mut scale = (usable(width) / extent(0)).min(usable(height) / extent(1));
-        if !scale.is_finite() || scale == 0.0 {
-            scale = 1.0; // seen edge-on from every side: nothing will be covered
-        }
-        let centre = |k: usize, size: u32| 0.5 * f64::from(size) - scale * 0.5 * (low[k] + high[k]);
+        let scale = [(0, width), (1, height)].map(|(k, size)| {
+            let scale = usable(size) / extent(k);
+            // Without extent nothing will be covered, whatever the scale.
+            if scale.is_finite() && scale > 0.0 { scale } else { 1.0 }
+        });
+        let centre = |k: usize, size: u32| 0.5 * f64::from(size) - scale[k] * 0.5 * (low[k] + high[k]);
         Ok(Self {
             right,
             down,
@@ -143,8 +145,8 @@ impl LightFrame {
     /// Texel coordinates and depth of a world position; depth is not clamped.
     pub fn project(&self, position: [f64; 3]) -> [f64; 3] {
         [
-            dot(position, self.right) * self.texels_per_unit + self.origin_texel[0],
-            dot(position, self.down) * self.texels_per_unit + self.origin_texel[1],
+            dot(position, self.right) * self.texels_per_unit[0] + self.origin_texel[0],
+            dot(position, self.down) * self.texels_per_unit[1] + self.origin_texel[1],
             (dot(position, self.forward) - self.near) / self.depth_range,
         ]
     }
