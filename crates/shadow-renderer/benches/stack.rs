@@ -40,7 +40,7 @@ fn soup() -> Scene {
     for triangle in 0..200_000u32 {
         let spread = if triangle % 5 < 3 { 0.5 } else { 0.25 };
         let centre = [0; 3].map(|_| spread * random.signed());
-        positions.extend([0; 3].map(|_| centre.map(|c| c + 0.00815 * random.signed())));
+        positions.extend([0; 3].map(|_| centre.map(|c| c + 0.0074 * random.signed())));
     }
     scene("soup", positions, (0..200_000).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect())
 }
@@ -57,7 +57,7 @@ fn spheres() -> Scene {
             let t = std::f32::consts::PI * ring as f32 / rings as f32;
             let p = std::f32::consts::TAU * sector as f32 / sectors as f32;
             let unit = [t.sin() * p.cos(), t.cos(), t.sin() * p.sin()];
-            positions.push([0, 1, 2].map(|k| centre[k] + 0.052 * unit[k]));
+            positions.push([0, 1, 2].map(|k| centre[k] + 0.047 * unit[k]));
         }
         for (ring, sector) in (0..rings).flat_map(|r| (0..sectors).map(move |s| (r, s))) {
             let at = |r: u32, s: u32| first + r * sectors + s % sectors;
