@@ -1,0 +1,305 @@
+//! Count, prefix sums, scatter and sort on the GPU, band of rows by band of rows.
+
+use std::time::Instant;
+
+use wgpu::BufferUsages as Usage;
+
+use super::device::{Gpu, Scopes};
+use super::work_items::{GpuTriangle, Item, gpu_triangles, items, most_fragments};
+use crate::assemble::{Band, Key};
+use crate::memory::Budget;
+use crate::prepare::PreparedTriangles;
+use crate::{RenderError, StageTimes};
+
+/// Sizes of the pieces into which work is cut, so that every binding stays within its limit.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChunkSizes {
+    pub triangles: usize,
+    pub items: usize,
+    pub texels: u32,
+    pub fragments: u64,
+}
+
+impl ChunkSizes {
+    /// Pieces for bindings of at most `bytes` bytes; at least one of everything.
+    pub fn for_bindings(bytes: u64) -> Self {
+        let of = |size: usize| (bytes / size as u64).clamp(1, 1 << 24);
+        Self {
+            triangles: of(size_of::<GpuTriangle>()) as usize,
+            // More would need more workgroups than a dispatch has.
+            items: of(size_of::<Item>()).min(1 << 21) as usize,
+            // Counters, starts and keys grow together: bands of a thirty-second rarely have to be halved.
+            texels: of(32 * size_of::<u32>()) as u32,
+            fragments: of(size_of::<Key>()),
+        }
+    }
+}
+
+/// The shaders, compiled.
+pub(crate) struct Pipelines {
+    count: wgpu::ComputePipeline,
+    scatter: wgpu::ComputePipeline,
+    scan_blocks: wgpu::ComputePipeline,
+    scan_sums: wgpu::ComputePipeline,
+    add_sums: wgpu::ComputePipeline,
+    sort: wgpu::ComputePipeline,
+}
+
+impl Pipelines {
+    pub fn new(device: &wgpu::Device) -> Self {
+        let fragments = device.create_shader_module(wgpu::include_wgsl!("fragments.wgsl"));
+        let scan = device.create_shader_module(wgpu::include_wgsl!("scan.wgsl"));
+        let sort = device.create_shader_module(wgpu::include_wgsl!("sort.wgsl"));
+        let pipeline = |module, entry| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry),
+                layout: None,
+                module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        };
+        Self {
+            count: pipeline(&fragments, "count"),
+            scatter: pipeline(&fragments, "scatter"),
+            scan_blocks: pipeline(&scan, "scan_blocks"),
+            scan_sums: pipeline(&scan, "scan_sums"),
+            add_sums: pipeline(&scan, "add_sums"),
+            sort: pipeline(&sort, "sort"),
+        }
+    }
+}
+
+/// Triangles on the device.
+struct Chunk {
+    first: usize,
+    end: usize,
+    triangles: wgpu::Buffer,
+    mask_planes: wgpu::Buffer,
+}
+
+/// Rectangles of one chunk on the device.
+struct Batch<'a> {
+    chunk: &'a Chunk,
+    items: wgpu::Buffer,
+    count: u32,
+    params: wgpu::Buffer,
+}
+
+/// Threads in a workgroup of fragments.wgsl.
+const FRAGMENT_THREADS: u32 = 64;
+/// Threads in a workgroup of sort.wgsl.
+const SORT_THREADS: u32 = 256;
+/// Texels a workgroup of scan.wgsl sums up.
+const SCAN_BLOCK: u32 = 1024;
+
+/// Sorted fragments of the whole map.
+///
+/// # Errors
+/// [`RenderError::Gpu`] where the device fails or lacks memory, the errors of `budget` for too many fragments.
+pub(crate) fn extract(
+    gpu: &Gpu,
+    prepared: &PreparedTriangles,
+    budget: &Budget,
+    sizes: ChunkSizes,
+    times: &mut StageTimes,
+) -> Result<Vec<Band>, RenderError> {
+    let scopes = Scopes::open(&gpu.device);
+    let bands = Extraction::new(gpu, prepared, budget, sizes).run(times);
+    // What the device has to say explains more than what followed from it.
+    scopes.close()?;
+    bands
+}
+
+struct Extraction<'a> {
+    gpu: &'a Gpu,
+    prepared: &'a PreparedTriangles,
+    budget: &'a Budget,
+    sizes: ChunkSizes,
+    chunks: Vec<Chunk>,
+    mask_bits: wgpu::Buffer,
+}
+
+impl<'a> Extraction<'a> {
+    fn new(gpu: &'a Gpu, prepared: &'a PreparedTriangles, budget: &'a Budget, sizes: ChunkSizes) -> Self {
+        let all = prepared.triangles.len();
+        let chunks = (0..all).step_by(sizes.triangles).map(|first| {
+            let end = all.min(first + sizes.triangles);
+            let (triangles, planes) = gpu_triangles(prepared, first..end);
+            Chunk {
+                first,
+                end,
+                triangles: gpu.buffer_of("triangles", &triangles, Usage::STORAGE),
+                mask_planes: gpu.buffer_of("mask planes", &planes, Usage::STORAGE),
+            }
+        });
+        let chunks = chunks.collect();
+        let mask_bits = gpu.buffer_of("mask bits", &prepared.masks.bits, Usage::STORAGE);
+        Self { gpu, prepared, budget, sizes, chunks, mask_bits }
+    }
+
+    fn run(&self, times: &mut StageTimes) -> Result<Vec<Band>, RenderError> {
+        let (width, height) = (self.prepared.width, self.prepared.height);
+        let band_rows = (self.sizes.texels / width).max(1);
+        // A stack of row ranges, the next one last; ranges with too many fragments are halved.
+        let starts = (0..height).step_by(band_rows as usize).rev();
+        let mut waiting: Vec<_> = starts.map(|first| first..height.min(first + band_rows)).collect();
+        let (mut bands, mut total) = (Vec::new(), 0);
+        while let Some(rows) = waiting.pop() {
+            match self.band(rows.clone(), &mut total, times)? {
+                Some(band) => bands.push(band),
+                None if rows.len() == 1 => {
+                    return Err(RenderError::Gpu(format!("row {} has too many fragments", rows.start)));
+                }
+                None => {
+                    let middle = rows.start + rows.len() as u32 / 2;
+                    waiting.push(middle..rows.end);
+                    waiting.push(rows.start..middle);
+                }
+            }
+        }
+        Ok(bands)
+    }
+
+    /// The fragments of some rows, added to `total`, or `None` if they do not fit into one buffer.
+    fn band(
+        &self,
+        rows: std::ops::Range<u32>,
+        total: &mut u64,
+        times: &mut StageTimes,
+    ) -> Result<Option<Band>, RenderError> {
+        let (gpu, pipelines) = (self.gpu, &self.gpu.pipelines);
+        let mut since = Instant::now();
+        let texels = self.prepared.width * rows.len() as u32;
+        let Some(batches) = self.batches(&rows) else { return Ok(None) };
+        let bytes = u64::from(texels) * 4;
+        let usage = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
+        let counters = gpu.buffer("counters", bytes, usage);
+        // Counting shares its bindings with scattering but writes no keys.
+        let no_keys = gpu.buffer("no keys", 0, usage);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        encoder.clear_buffer(&counters, 0, None);
+        for batch in &batches {
+            let groups = batch.count.div_ceil(FRAGMENT_THREADS);
+            self.pass(&mut encoder, &pipelines.count, &self.bindings(batch, &counters, &no_keys), groups);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()?;
+        times.raster += lap(&mut since);
+
+        let blocks = texels.div_ceil(SCAN_BLOCK);
+        let starts = gpu.buffer("starts", bytes, usage);
+        let sums = gpu.buffer("block sums", u64::from(blocks + 1) * 4, usage);
+        let params = gpu.buffer_of("scan", &[texels, blocks, 0, 0], Usage::UNIFORM);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let full = [(0, &params), (1, &counters), (2, &starts), (3, &sums)];
+        self.pass(&mut encoder, &pipelines.scan_blocks, &full, blocks);
+        self.pass(&mut encoder, &pipelines.scan_sums, &[full[0], full[3]], 1);
+        self.pass(&mut encoder, &pipelines.add_sums, &full, blocks);
+        gpu.queue.submit([encoder.finish()]);
+        let fragments = u64::from(gpu.read::<u32>(&sums, u64::from(blocks) * 4, 4)?[0]);
+        if fragments > self.sizes.fragments {
+            times.group += lap(&mut since);
+            return Ok(None);
+        }
+        *total += fragments;
+        self.budget.check(*total)?;
+
+        let keys = gpu.buffer("keys", fragments * 8, usage);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for batch in &batches {
+            let groups = batch.count.div_ceil(FRAGMENT_THREADS);
+            self.pass(&mut encoder, &pipelines.scatter, &self.bindings(batch, &counters, &keys), groups);
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()?;
+        times.group += lap(&mut since);
+
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let bindings = [(0, &params), (1, &starts), (2, &counters), (3, &keys)];
+        self.pass(&mut encoder, &pipelines.sort, &bindings, texels.div_ceil(SORT_THREADS));
+        gpu.queue.submit([encoder.finish()]);
+        let band = Band {
+            starts: gpu.read(&starts, 0, bytes)?,
+            // Two little-endian words, triangle then depth, are one key.
+            keys: gpu.read::<[u32; 2]>(&keys, 0, fragments * 8)?.into_iter().map(key_of).collect(),
+        };
+        times.sort += lap(&mut since);
+        Ok(Some(band))
+    }
+
+    /// Uploads the rectangles of some rows; `None` if their fragments might overflow 32-bit counters.
+    fn batches(&self, rows: &std::ops::Range<u32>) -> Option<Vec<Batch<'_>>> {
+        let mut batches = Vec::new();
+        let mut most = 0;
+        for chunk in &self.chunks {
+            let list = items(&self.prepared.triangles[chunk.first..chunk.end], rows.clone());
+            most += most_fragments(&list);
+            if most > u64::from(u32::MAX) {
+                return None;
+            }
+            for part in list.chunks(self.sizes.items) {
+                let count = part.len() as u32;
+                let params = [self.prepared.width, rows.start, count, chunk.first as u32];
+                batches.push(Batch {
+                    chunk,
+                    items: self.gpu.buffer_of("items", part, Usage::STORAGE),
+                    count,
+                    params: self.gpu.buffer_of("batch", &params, Usage::UNIFORM),
+                });
+            }
+        }
+        Some(batches)
+    }
+
+    fn bindings<'b>(
+        &'b self,
+        batch: &'b Batch<'_>,
+        counters: &'b wgpu::Buffer,
+        keys: &'b wgpu::Buffer,
+    ) -> [(u32, &'b wgpu::Buffer); 7] {
+        [
+            (0, &batch.params),
+            (1, &batch.chunk.triangles),
+            (2, &batch.items),
+            (3, &batch.chunk.mask_planes),
+            (4, &self.mask_bits),
+            (5, counters),
+            (6, keys),
+        ]
+    }
+
+    fn pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipeline: &wgpu::ComputePipeline,
+        bindings: &[(u32, &wgpu::Buffer)],
+        groups: u32,
+    ) {
+        let entries: Vec<_> = bindings
+            .iter()
+            .map(|&(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+            .collect();
+        let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(groups, 1, 1);
+    }
+}
+
+fn key_of([triangle, depth]: [u32; 2]) -> Key {
+    crate::assemble::key(depth, triangle)
+}
+
+fn lap(since: &mut Instant) -> std::time::Duration {
+    let now = Instant::now();
+    let elapsed = now - *since;
+    *since = now;
+    elapsed
+}

@@ -1,0 +1,99 @@
+//! How much memory a rendering may use, asked before it is allocated.
+
+use crate::{PreparedTriangles, RenderError};
+
+/// Bytes per fragment at the peak of either backend: its key, its key in the buffer of a band in flight, depth,
+/// gradient and bit.
+const BYTES_PER_FRAGMENT: u64 = 8 + 4 + 12 + 1;
+/// Bytes per texel at the peak: final offsets and the bands' starts.
+const BYTES_PER_TEXEL: u64 = 8;
+/// Share of the available memory that is used at most, in percent.
+const USABLE_PERCENT: u64 = 90;
+
+/// Memory that can be allocated now, bytes: the least of the system's and the control group's free memory;
+/// `u64::MAX` where the system does not tell.
+pub(crate) fn available() -> u64 {
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let free = match system.available_memory() {
+        0 => u64::MAX,
+        bytes => bytes,
+    };
+    match system.cgroup_limits() {
+        Some(limits) if limits.total_memory > 0 => free.min(limits.free_memory),
+        _ => free,
+    }
+}
+
+/// The error for an allocation of `bytes` that cannot be made.
+pub(crate) fn refused(what: &'static str, bytes: u64) -> RenderError {
+    RenderError::OutOfMemory { what, needed_mib: bytes >> 20, available_mib: available() >> 20 }
+}
+
+/// Limit on fragments given the memory there is.
+pub(crate) struct Budget {
+    fixed_bytes: u64,
+    available: u64,
+}
+
+impl Budget {
+    /// Checks the expected size of the stack of `prepared` and fixes the limit.
+    ///
+    /// # Errors
+    /// [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] if the estimate, made from the triangles'
+    /// areas and therefore too high only under alpha masks, lies clearly beyond what is possible.
+    pub fn new(prepared: &PreparedTriangles, available: u64) -> Result<Self, RenderError> {
+        let texels = u64::from(prepared.width) * u64::from(prepared.height);
+        let budget = Self { fixed_bytes: texels * BYTES_PER_TEXEL, available };
+        let estimate = prepared.estimated_fragments();
+        // Masks only remove fragments; with them the exact count decides, on the way.
+        let certain = if prepared.mask_planes.is_empty() { estimate - estimate / 20 } else { 0 };
+        budget.check(certain)?;
+        Ok(budget)
+    }
+
+    /// Fails if `fragments` cannot be held.
+    pub fn check(&self, fragments: u64) -> Result<(), RenderError> {
+        if fragments > u64::from(u32::MAX) {
+            return Err(RenderError::TooManyFragments { at_least: fragments });
+        }
+        let needed = self.fixed_bytes + fragments * BYTES_PER_FRAGMENT;
+        if needed > self.available / 100 * USABLE_PERCENT {
+            return Err(RenderError::OutOfMemory {
+                what: "the stack",
+                needed_mib: needed >> 20,
+                available_mib: self.available >> 20,
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The map of a budget without fixed cost.
+    fn budget(available: u64) -> Budget {
+        Budget { fixed_bytes: 0, available }
+    }
+
+    #[test]
+    fn limits_are_exact() {
+        assert!(budget(u64::MAX).check(u64::from(u32::MAX)).is_ok());
+        let too_many = budget(u64::MAX).check(1 << 32);
+        assert!(matches!(too_many, Err(RenderError::TooManyFragments { at_least: 0x1_0000_0000 })));
+        let million = 1_000_000 * BYTES_PER_FRAGMENT;
+        assert!(budget(million * 2).check(1_000_000).is_ok());
+        let refused = budget(million).check(1_000_000);
+        let Err(RenderError::OutOfMemory { needed_mib, available_mib, .. }) = refused else {
+            panic!("{refused:?}");
+        };
+        assert_eq!((needed_mib, available_mib), (million >> 20, million >> 20));
+    }
+
+    #[test]
+    fn the_system_tells_its_memory() {
+        assert!(available() > 1 << 20);
+    }
+}

@@ -1,0 +1,107 @@
+//! The camera's view of known shapes.
+
+use libtest_mimic::{Failed, Trial};
+use shadow_renderer::*;
+
+use crate::scenes::{Random, ground, masked, quad, scene_of, soup};
+
+pub fn trials() -> Vec<Trial> {
+    vec![
+        Trial::test("frames::ground_and_shadow", ground_and_shadow),
+        Trial::test("frames::clipped_by_the_camera", clipped_by_the_camera),
+        Trial::test("frames::threads", threads),
+        Trial::test("frames::bad_cameras", bad_cameras),
+    ]
+}
+
+/// A square casting its shadow straight down onto a plane.
+fn ground_and_shadow() -> Result<(), Failed> {
+    let mut scene = scene_of(&[ground(4.0, 0.0), ground(1.0, 2.0)].concat());
+    scene.camera = Camera { eye: [0.0, 6.0, 7.0], target: [0.0; 3], vertical_fov: 0.9 };
+    let down = [0.0, -1.0, 0.0];
+    let frame = Frame::render(&scene, 160, 120)?;
+    let (stack, report) = render_stack(&scene, down, 256, 256, Backend::Cpu)?;
+    let visibility = frame.hard_shadow(&stack, &report.frame);
+    let picture = frame.shade(down, &visibility);
+    let (mut lit, mut shadowed) = (0, 0);
+    for (i, &triangle) in frame.triangle.iter().enumerate() {
+        if triangle == NO_TRIANGLE {
+            continue;
+        }
+        let [x, y, z] = frame.position[i];
+        let height = if triangle < 2 { 0.0 } else { 2.0 };
+        assert!((y - height).abs() < 1e-5 && frame.normal[i] == [0.0, 1.0, 0.0]);
+        let border = (x.abs().max(z.abs()) - 1.0).abs() < 0.05 || x.abs().max(z.abs()) > 3.9;
+        let expected = if triangle < 2 && x.abs().max(z.abs()) < 1.0 { 0.0 } else { 1.0 };
+        assert!(border || visibility[i] == expected, "({x}, {y}, {z}): {}", visibility[i]);
+        *(if visibility[i] == 0.0 { &mut shadowed } else { &mut lit }) += 1;
+        let grey = picture.get_pixel(i as u32 % 160, i as u32 / 160).0;
+        assert_eq!(grey[0], if visibility[i] == 0.0 { 99 } else { 188 });
+    }
+    assert!(lit > 5000 && shadowed > 300, "{lit} lit, {shadowed} in shadow");
+    Ok(())
+}
+
+/// A camera within a room sees walls in every pixel, though all of them reach behind it.
+fn clipped_by_the_camera() -> Result<(), Failed> {
+    let mut corners = Vec::new();
+    for k in 0..3 {
+        for side in [-1.0, 1.0] {
+            let corner = |a: f32, b: f32| {
+                let mut p = [0.0; 3];
+                (p[k], p[(k + 1) % 3], p[(k + 2) % 3]) = (5.0 * side, 5.0 * a, 5.0 * b);
+                p
+            };
+            corners.extend(quad([
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ]));
+        }
+    }
+    let mut scene = scene_of(&corners);
+    for vertex in &mut scene.vertices {
+        vertex.normal = [0.0; 3]; // falls back to the geometric normal
+    }
+    for target in [[1.0, 0.2, 0.3], [-4.9, 0.0, 0.0], [0.1, 4.0, 0.0], [0.0, -1.0, 0.0], [-3.0, -2.0, 4.0]] {
+        scene.camera = Camera { eye: [0.3, -0.4, 0.2], target, vertical_fov: 1.8 };
+        let frame = Frame::render(&scene, 101, 67)?;
+        assert!(frame.covered().all(|c| c), "looking at {target:?}");
+        for (p, n) in frame.position.iter().zip(&frame.normal) {
+            let wall = (0..3).max_by(|&a, &b| p[a].abs().total_cmp(&p[b].abs())).unwrap();
+            assert!((p[wall].abs() - 5.0).abs() < 1e-4, "{p:?}");
+            let inwards = n.iter().zip(p).map(|(n, p)| n * p).sum::<f32>() < 0.0;
+            assert!(inwards && (n.iter().map(|c| c * c).sum::<f32>() - 1.0).abs() < 1e-5, "{n:?} at {p:?}");
+        }
+    }
+    Ok(())
+}
+
+fn threads() -> Result<(), Failed> {
+    let random = &mut Random(21);
+    let scene = masked(scene_of(&soup(400, random)), 7, 5, random);
+    let expected = Frame::render(&scene, 90, 77)?;
+    assert!(expected.covered().filter(|c| *c).count() > 500);
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    assert!(one.install(|| Frame::render(&scene, 90, 77))? == expected);
+    Ok(())
+}
+
+fn bad_cameras() -> Result<(), Failed> {
+    let good = scene_of(&ground(1.0, 0.0));
+    let eye = good.camera.eye;
+    let cameras = [
+        Camera { eye: [f32::NAN, 0.0, 0.0], ..good.camera },
+        Camera { target: eye, ..good.camera },
+        Camera { vertical_fov: 0.0, ..good.camera },
+        Camera { vertical_fov: 3.2, ..good.camera },
+        Camera { vertical_fov: f32::NAN, ..good.camera },
+    ];
+    for camera in cameras {
+        let error = Frame::render(&Scene { camera, ..good.clone() }, 8, 8);
+        assert!(matches!(error, Err(RenderError::Camera(_))), "{camera:?}");
+    }
+    assert!(matches!(Frame::render(&good, 0, 8), Err(RenderError::MapSize { .. })));
+    Ok(())
+}
