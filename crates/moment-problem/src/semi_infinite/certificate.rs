@@ -1,7 +1,7 @@
 //! Is y . a(z) <= p(z) on the whole interval? Rigorous suprema, and the places where it fails.
 
 use super::prepared::{Cell, HALF_CELL, PreparedBasis};
-use crate::arithmetic::{Ball, DoubleDouble, Jet, Real};
+use crate::arithmetic::{Ball, DoubleDouble, Jet};
 
 /// The step function that the dual function must stay below.
 ///

@@ -6,7 +6,7 @@ mod simplex;
 
 pub(crate) use certificate::Step;
 pub use prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
-pub(crate) use simplex::{Solution, minimise};
+pub(crate) use simplex::{Column, Program, Solution, minimise};
 
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;

@@ -27,13 +27,14 @@ const MAX_PIVOTS: usize = 4000;
 /// Exchanges: convergence is quadratic near the solution; more means that something is wrong.
 const MAX_EXCHANGES: usize = 60;
 
-/// Uniform depths that every program starts from.
-const START_GRID: usize = 64;
+/// Cells of the uniform grid that the exchange starts from: coarse, since the exchange adds what is missing.
+pub(crate) const START_CELLS: usize = 64;
 
-struct Column {
-    z: f64,
-    entries: Vec<DoubleDouble>,
-    cost: f64,
+/// A depth with its column a(z) of the constraint matrix and its cost p(z).
+pub(crate) struct Column {
+    pub z: f64,
+    pub entries: Vec<DoubleDouble>,
+    pub cost: f64,
 }
 
 /// Optimal vertex of one program.
@@ -59,19 +60,11 @@ pub(crate) fn minimise(
     step: Step,
     extra: &[f64],
 ) -> Result<Solution, MomentError> {
-    let mut program = Program::new(prepared, right_hand_side, step, extra);
-    for _ in 0..MAX_EXCHANGES {
-        program.optimise()?;
-        let dual = program.dual()?;
-        let violations = prepared.violations(&dual, step, EXCESS_TOLERANCE);
-        if violations.is_empty() || !program.add_columns(violations.iter().map(|&(z, _)| z)) {
-            break;
-        }
-    }
-    program.finish()
+    Program::new(prepared, right_hand_side, step, START_CELLS, extra).solve()
 }
 
-struct Program<'a> {
+/// A linear program over the depths collected so far.
+pub(crate) struct Program<'a> {
     prepared: &'a PreparedBasis,
     step: Step,
     target: Vec<DoubleDouble>,
@@ -82,9 +75,16 @@ struct Program<'a> {
 }
 
 impl<'a> Program<'a> {
-    fn new(prepared: &'a PreparedBasis, target: &[DoubleDouble], step: Step, extra: &[f64]) -> Self {
+    /// Starts from the ends of `cells` equal cells, the `extra` depths and z_f.
+    pub(crate) fn new(
+        prepared: &'a PreparedBasis,
+        target: &[DoubleDouble],
+        step: Step,
+        cells: usize,
+        extra: &[f64],
+    ) -> Self {
         let rank = prepared.rank();
-        let mut depths: Vec<f64> = (0..=START_GRID).map(|i| i as f64 / START_GRID as f64).collect();
+        let mut depths: Vec<f64> = (0..=cells).map(|i| i as f64 / cells as f64).collect();
         depths.extend_from_slice(extra);
         depths.push(step.z_f());
         depths.sort_by(f64::total_cmp);
@@ -113,6 +113,37 @@ impl<'a> Program<'a> {
         }
         program.columns.extend(real);
         program
+    }
+
+    /// Columns without the artificial ones.
+    pub(crate) fn columns(&self) -> &[Column] {
+        &self.columns[self.prepared.rank()..]
+    }
+
+    /// Optimum over the present depths: its dual y over the orthonormal rows and its value y . b.
+    pub(crate) fn finite_optimum(&mut self) -> Result<(Vec<DoubleDouble>, f64), MomentError> {
+        self.optimise()?;
+        let dual = self.dual()?;
+        let value = dot(&dual, &self.target).to_f64();
+        Ok((dual, value))
+    }
+
+    /// Exchanges until the dual function stays below the step on all of \[0, 1\], and certifies the result.
+    pub(crate) fn solve(mut self) -> Result<Solution, MomentError> {
+        self.exchange()?;
+        self.finish()
+    }
+
+    /// Adds columns where the dual function exceeds the step until there are none; returns y . b.
+    pub(crate) fn exchange(&mut self) -> Result<f64, MomentError> {
+        for _ in 0..MAX_EXCHANGES {
+            let (dual, _) = self.finite_optimum()?;
+            let violations = self.prepared.violations(&dual, self.step, EXCESS_TOLERANCE);
+            if violations.is_empty() || !self.add_columns(violations.iter().map(|&(z, _)| z)) {
+                break;
+            }
+        }
+        Ok(self.finite_optimum()?.1)
     }
 
     fn column(&self, z: f64) -> Column {
@@ -183,7 +214,8 @@ impl<'a> Program<'a> {
         Err(failure("too many pivots"))
     }
 
-    fn finish(self) -> Result<Solution, MomentError> {
+    /// The present vertex with its proof.
+    pub(crate) fn finish(&self) -> Result<Solution, MomentError> {
         let factors = self.factors()?;
         let x = factors.solve(&self.target);
         let y = factors.solve_transposed(&self.costs());
