@@ -1,12 +1,14 @@
 //! `msm bound`: sharp bounds for one moment vector and one fragment depth, with their proof.
 
 use crate::outcome::{Failure, Output};
+use crate::plot;
 use anyhow::{Context, anyhow};
 use clap::{ArgGroup, ValueEnum};
 use evaluation::{Domain, Solver, method};
 use moment_problem::{Basis, Bounds, DepthDistribution, LowerBound, MomentError};
 use serde::Serialize;
 use std::io::{self, Write};
+use std::path::PathBuf;
 
 /// Bound the shadow intensity F(z_f) = Z(z < z_f) that moments leave possible.
 #[derive(clap::Args)]
@@ -31,6 +33,10 @@ pub struct Arguments {
     /// closed where it exists, else fast.
     #[arg(long, value_enum)]
     solver: Option<SolverName>,
+    /// Write an SVG of the bounds at all fragment depths; with --atoms also F and, for comparison, power:2 and power:4
+    /// on the line, power:4 and trig:2 on [0, 1].
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
 }
@@ -107,6 +113,9 @@ fn parse_number(text: &str, option: &str) -> Result<f64, Failure> {
 }
 
 fn parse_atoms(text: &str) -> Result<DepthDistribution, Failure> {
+    if text.trim().is_empty() {
+        return Err(Failure::Input(anyhow!("--atoms is empty: a distribution needs at least one atom")));
+    }
     let mut depths = Vec::new();
     let mut weights = Vec::new();
     for atom in text.split(',') {
@@ -153,13 +162,17 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         method(basis, domain, arguments.solver.map(Solver::from)).map_err(|error| input.failure(error))?;
     let z_f = arguments.depth;
     let bounds = input.bounds(method.as_ref(), z_f).map_err(|error| input.failure(error))?;
+    if let Some(path) = &arguments.plot {
+        plot::write(path, &input, &method, domain, z_f, &bounds)?;
+    }
     let (mass_before, mass_up_to) = match &input {
         Input::Atoms(z) => (Some(z.cdf(z_f)), Some(z.cdf_inclusive(z_f))),
         Input::Moments(_) => (None, None),
     };
     let gap = bounds.gap().max(0.0);
     let answer = Answer {
-        lower: bounds.lower,
+        // Adding zero turns a negative zero into zero.
+        lower: bounds.lower + 0.0,
         upper: bounds.upper,
         lower_proved: bounds.certificate.lower_proved,
         upper_proved: bounds.certificate.upper_proved,
@@ -182,8 +195,11 @@ fn write_table(out: &mut dyn Write, answer: &Answer, gap: f64) -> io::Result<()>
     writeln!(out, "z_f      {}", answer.depth)?;
     writeln!(out)?;
     writeln!(out, "                            attained          proved")?;
-    writeln!(out, "  lower bound of Z(z < z_f)  {:<16.12}  {:.12}", answer.lower, answer.lower_proved)?;
-    writeln!(out, "  upper bound of Z(z <= z_f) {:<16.12}  {:.12}", answer.upper, answer.upper_proved)?;
+    // What is printed must be proved too: round it to the safe side.
+    let lower_proved = (answer.lower_proved * 1e12).floor() / 1e12;
+    let upper_proved = (answer.upper_proved * 1e12).ceil() / 1e12;
+    writeln!(out, "  lower bound of Z(z < z_f)  {:<16.12}  {lower_proved:.12}", answer.lower)?;
+    writeln!(out, "  upper bound of Z(z <= z_f) {:<16.12}  {upper_proved:.12}", answer.upper)?;
     if let (Some(before), Some(up_to)) = (answer.mass_before, answer.mass_up_to) {
         writeln!(out, "  F = Z(z < z_f), by PCF     {before:.12}")?;
         writeln!(out, "      Z(z <= z_f)            {up_to:.12}")?;

@@ -2,6 +2,8 @@
 
 mod bound;
 mod outcome;
+mod plot;
+mod progress;
 
 use clap::{Parser, Subcommand};
 use outcome::Failure;

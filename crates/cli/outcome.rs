@@ -2,6 +2,7 @@
 
 use anyhow::Context;
 use clap::ValueEnum;
+use clap::error::ErrorKind;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -81,10 +82,13 @@ pub fn usage(error: &clap::Error) -> ExitCode {
         let _ = error.print();
         return ExitCode::SUCCESS;
     }
-    let text = error.render().to_string();
-    let reason = text.split("\n\nUsage:").next().unwrap_or_default();
-    let reason = reason.split("\n\nFor more information").next().unwrap_or_default();
-    complain(reason.strip_prefix("error: ").unwrap_or(reason));
+    if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
+        complain("no command given; `msm --help` lists them");
+    } else {
+        let text = error.render().to_string();
+        let reason = text.split("\n\n").next().unwrap_or_default();
+        complain(reason.strip_prefix("error: ").unwrap_or(reason));
+    }
     ExitCode::from(2)
 }
 

@@ -1,6 +1,6 @@
 //! From a basis, an interval and a solver's name to the method that computes bounds.
 
-use moment_problem::{Basis, ExchangeSimplex, Interval, LowerBound, MomentError, closed_form};
+use moment_problem::{Basis, ExchangeSimplex, Interval, LinearProgram, LowerBound, MomentError, closed_form};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -63,7 +63,7 @@ pub fn method(basis: &Basis, domain: Domain, solver: Option<Solver>) -> Result<M
         (None, Some(Solver::Closed), Domain::Unit) => Err(unsupported(format!(
             "basis `{basis}` has no closed form on [0, 1] (power:4 and trig:2 have): use solver fast"
         ))),
-        (None, Some(Solver::Lp), Domain::Unit) => linear_program(basis),
+        (None, Some(Solver::Lp), Domain::Unit) => Ok(Box::new(LinearProgram::new(basis)?)),
         (None, None | Some(Solver::Fast), Domain::Unit) => Ok(Box::new(ExchangeSimplex::new(basis)?)),
         (None, Some(Solver::Lp | Solver::Fast), Domain::Real) => {
             let solver = if solver == Some(Solver::Lp) { "lp" } else { "fast" };
@@ -95,9 +95,4 @@ fn no_form_on_the_line(basis: &Basis) -> String {
 
 fn unsupported(message: String) -> MomentError {
     MomentError::Unsupported(message)
-}
-
-/// MSM15 Algorithm 1.
-fn linear_program(_basis: &Basis) -> Result<Method, MomentError> {
-    Err(unsupported("solver lp is not part of this build: use solver fast".to_owned()))
 }

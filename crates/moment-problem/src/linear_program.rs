@@ -6,7 +6,9 @@ use crate::bounds::{Bounds, Interval, LowerBound, check_depths, check_input};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 use crate::semi_infinite::{CERTIFIED_GAP, Column, PreparedBasis, Program, Solution, Step, assemble};
-use good_lp::{Expression, ProblemVariables, ResolutionError, Solution as _, SolverModel, constraint, variable};
+use good_lp::{
+    Expression, ProblemVariables, ResolutionError, Solution as _, SolverModel, constraint, variable,
+};
 
 /// Cells of the uniform grid that joins the kernel's own depths and z_f in the support I of Algorithm 1.
 const GRID_CELLS: usize = 256;
@@ -126,7 +128,11 @@ impl Claim {
         // Weights that miss the equations by r may undercut the optimum by |y| r, but by no more.
         let difference = self.objective - optimum;
         let admissible = -(OBJECTIVE_TOLERANCE + dual_size * worst)..=OBJECTIVE_TOLERANCE;
-        if admissible.contains(&difference) { Ok(()) } else { Err(MomentError::Uncertified { gap: difference }) }
+        if admissible.contains(&difference) {
+            Ok(())
+        } else {
+            Err(MomentError::Uncertified { gap: difference })
+        }
     }
 }
 
@@ -163,7 +169,8 @@ fn ask(solver: LpSolver, columns: &[Column], right_hand_side: &[f64]) -> Result<
             *sum += entry.to_f64() * w;
         }
     }
-    claim.residual = sums.iter().fold(0.0, |worst: f64, sum| if sum.is_nan() { f64::NAN } else { worst.max(sum.abs()) });
+    claim.residual =
+        sums.iter().fold(0.0, |worst: f64, sum| if sum.is_nan() { f64::NAN } else { worst.max(sum.abs()) });
     Ok(claim)
 }
 
