@@ -4,6 +4,8 @@ mod bound;
 mod outcome;
 mod plot;
 mod progress;
+mod report;
+mod run;
 
 use clap::{Parser, Subcommand};
 use outcome::Failure;
@@ -21,12 +23,16 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Bound(bound::Arguments),
+    Run(run::Arguments),
+    Report(report::Arguments),
 }
 
 impl Verb {
     fn execute(&self) -> Result<(), Failure> {
         match self {
             Self::Bound(arguments) => bound::execute(arguments),
+            Self::Run(arguments) => run::execute(arguments),
+            Self::Report(arguments) => report::execute(arguments),
         }
     }
 }

@@ -2,15 +2,22 @@
 
 use crate::bound::Input;
 use crate::progress::Bar;
+use ::report::{BoundChart, BoundCurve};
 use anyhow::{Context, anyhow};
 use evaluation::{Domain, Method, method, write_whole};
 use moment_problem::{Bounds, DepthDistribution};
 use rayon::prelude::*;
-use report::{BoundChart, BoundCurve};
 use std::path::Path;
 
-/// Cells of the uniform grid of fragment depths; the kernel's own depths are added.
-const CELLS: usize = 400;
+/// Cells of the first, uniform grid of fragment depths; the kernel's own depths are added.
+const CELLS: usize = 64;
+
+/// Bounds never fall as z_f grows, so between two depths they lie between the values there. Cells in which they change
+/// by more than this are halved...
+const RESOLVED_CHANGE: f64 = 0.01;
+
+/// ... down to a quarter pixel.
+const HALVINGS: usize = 6;
 
 /// Bases that every plot of known atoms shows for comparison: variance shadow mapping, moment shadow mapping without
 /// and with the knowledge that depths lie in \[0, 1\], and trigonometric moments (MSM15 section 4).
@@ -47,17 +54,10 @@ pub fn write(
         }
     }
     let bar = Bar::new("bounds for the plot");
-    let total = depths.len() * (references.len() + 1);
-    let curve = |method: &Method, name: String| BoundCurve {
-        name,
-        points: depths
-            .par_iter()
-            .map(|&z| {
-                let bounds = input.bounds(method.as_ref(), z).ok();
-                bar.advance(total);
-                (z, bounds.map(|bounds| (bounds.lower, bounds.upper)))
-            })
-            .collect(),
+    let curve = |method: &Method, name: String| {
+        let at =
+            |z_f: f64| input.bounds(method.as_ref(), z_f).ok().map(|bounds| (bounds.lower, bounds.upper));
+        BoundCurve { name, points: refined(&depths, &at, &bar) }
     };
     let title = shortened(&format!("{} on {domain}", given.basis()));
     let chart = BoundChart {
@@ -96,14 +96,41 @@ fn fragment_depths(distribution: Option<&DepthDistribution>, range: (f64, f64), 
     let step = (range.1 - range.0) / CELLS as f64;
     let mut depths: Vec<f64> = (0..CELLS).map(|i| range.0 + step * i as f64).collect();
     depths.extend([range.1, z_f]);
-    for &z in distribution.map_or(&[][..], |z| z.depths()) {
-        // Bounds may jump at an atom: one depth at it, one a quarter pixel behind it.
-        depths.extend([z, z + 0.125 * step]);
-    }
+    depths.extend(distribution.map_or(&[][..], |z| z.depths()));
     depths.retain(|z| (range.0..=range.1).contains(z));
     depths.sort_by(f64::total_cmp);
     depths.dedup();
     depths
+}
+
+/// Values at the given depths and wherever they change quickly.
+fn refined(
+    depths: &[f64],
+    at: &(dyn Fn(f64) -> Option<(f64, f64)> + Sync),
+    bar: &Bar,
+) -> Vec<(f64, Option<(f64, f64)>)> {
+    let finest = (depths[depths.len() - 1] - depths[0]) / (CELLS << HALVINGS) as f64;
+    let mut points = Vec::new();
+    let mut wanted = depths.to_vec();
+    while !wanted.is_empty() {
+        bar.expect(wanted.len());
+        let values = wanted.into_par_iter().map(|z| {
+            let value = at(z);
+            bar.advance();
+            (z, value)
+        });
+        points.extend(values.collect::<Vec<_>>());
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let change = |a: (f64, f64), b: (f64, f64)| (b.0 - a.0).abs().max((b.1 - a.1).abs());
+        let coarse = points.windows(2).filter_map(|cell| match *cell {
+            [(z, Some(a)), (next, Some(b))] if next - z > finest && change(a, b) > RESOLVED_CHANGE => {
+                Some(0.5 * (z + next))
+            }
+            _ => None,
+        });
+        wanted = coarse.collect();
+    }
+    points
 }
 
 /// Legends have room for about 50 characters.

@@ -16,7 +16,7 @@ impl Bar {
     /// A bar that is not shown yet.
     pub fn new(what: &'static str) -> Self {
         let style = ProgressStyle::with_template("{msg} [{bar:40}] {pos}/{len} ({eta} left)");
-        let bar = ProgressBar::no_length().with_message(what);
+        let bar = ProgressBar::new(0).with_message(what);
         bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
         Self {
             bar: bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())),
@@ -24,10 +24,26 @@ impl Bar {
         }
     }
 
-    /// One more of `total` is done.
-    pub fn advance(&self, total: usize) {
-        self.bar.set_length(total as u64);
+    /// More work has turned up.
+    pub fn expect(&self, more: usize) {
+        self.bar.inc_length(more as u64);
+    }
+
+    /// One more is done.
+    pub fn advance(&self) {
         self.bar.inc(1);
+        self.appear();
+    }
+
+    /// So many of so many are done.
+    pub fn set(&self, done: usize, total: usize) {
+        self.bar.set_length(total as u64);
+        // Threads report out of order.
+        self.bar.set_position(self.bar.position().max(done as u64));
+        self.appear();
+    }
+
+    fn appear(&self) {
         if self.bar.is_hidden() && self.begin.elapsed() > PATIENCE {
             // indicatif keeps it hidden where standard error is no terminal.
             self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());

@@ -225,7 +225,7 @@ impl BoundsExperiment {
             methods.push(settings.technique.iter().map(Technique::method).collect::<Result<Vec<_>, _>>()?);
             for id in &settings.kernels {
                 let kernel = self.kernel_index(id)?;
-                let depths = self.fragment_depths(&distributions[kernel]);
+                let depths = self.fragment_depths(settings, &distributions[kernel]);
                 for technique in 0..settings.technique.len() {
                     trials.extend(depths.iter().map(|&z_f| Trial { figure, technique, kernel, z_f }));
                 }
@@ -234,9 +234,11 @@ impl BoundsExperiment {
         Ok(Plan { experiment: self, texels, distributions, methods, trials })
     }
 
-    fn fragment_depths(&self, z: &DepthDistribution) -> Vec<f64> {
+    /// The uniform grid, the depths that the figure points at, and those of a kernel that has only a few.
+    fn fragment_depths(&self, figure: &Figure, z: &DepthDistribution) -> Vec<f64> {
         let cells = (self.depths - 1) as f64;
         let mut depths: Vec<f64> = (0..self.depths).map(|i| i as f64 / cells).collect();
+        depths.extend(figure.mark.iter().map(|mark| mark.depth));
         if z.depths().len() <= FEW_DEPTHS {
             depths.extend(z.depths());
         }

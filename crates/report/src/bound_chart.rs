@@ -8,7 +8,10 @@ use crate::error::ReportError;
 use moment_problem::DepthDistribution;
 use plotters::style::RGBColor;
 
-const REFERENCE_COLOURS: [RGBColor; 5] = [SKY_BLUE, GREEN, PURPLE, ORANGE, BLUE];
+/// Colours and widths; the bounds of related bases coincide for long stretches, and a wide line shows beneath a
+/// narrow one.
+const REFERENCE_STROKES: [(RGBColor, u32); 5] =
+    [(SKY_BLUE, 6), (GREEN, 14), (PURPLE, 5), (ORANGE, 6), (BLUE, 4)];
 
 /// Bounds of one basis over fragment depths.
 pub struct BoundCurve {
@@ -40,9 +43,8 @@ impl BoundChart<'_> {
             entries.push((F_STROKE, "F, percentage-closer filtering".to_owned()));
         }
         let mut curves = Vec::new();
-        let references =
-            self.references.iter().zip(REFERENCE_COLOURS).map(|(curve, colour)| (curve, colour, 5));
-        for (curve, colour, width) in references.chain([(&self.given, VERMILLION, 10)]) {
+        let references = self.references.iter().zip(REFERENCE_STROKES);
+        for (curve, (colour, width)) in references.chain([(&self.given, (VERMILLION, 10))]) {
             let lower = Stroke { colour, width, dashed: false };
             let upper = Stroke { dashed: true, ..lower };
             let part = |stroke, choose: fn((f64, f64)) -> f64| Curve {
@@ -72,7 +74,7 @@ impl BoundChart<'_> {
             }],
         };
         const COLUMNS: usize = 2;
-        let legend_height = LEGEND_ROW * entries.len().div_ceil(COLUMNS) as u32 + 8;
+        let legend_height = LEGEND_ROW * entries.len().div_ceil(COLUMNS) as u32 + 12;
         let height = 460;
         svg("the bounds", (800, height + legend_height), |root| {
             let (upper, lower) = root.split_vertically(height * FINE);

@@ -9,7 +9,8 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 /// A rectangle of the canvas.
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
+/// Whether drawing went well; the library has many error types.
+pub(crate) type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 
 /// The drawing library rounds to whole units: draw with finer ones.
 pub(crate) const FINE: u32 = 4;
@@ -53,7 +54,9 @@ pub(crate) fn svg(
 
 /// Sans-serif text of so many pixels.
 pub(crate) fn font(pixels: u32) -> TextStyle<'static> {
-    FontDesc::new(FontFamily::SansSerif, f64::from(pixels * FINE), FontStyle::Normal).into()
+    /// The SVG backend divides by this.
+    const BACKEND: f64 = 1.24;
+    FontDesc::new(FontFamily::SansSerif, BACKEND * f64::from(pixels * FINE), FontStyle::Normal).into()
 }
 
 /// Text with its anchor in the middle of the given side.
@@ -111,9 +114,9 @@ impl Chart<'_> {
     pub(crate) fn draw(&self, area: &Area<'_>) -> Drawn {
         let top = 1.04 + ARROW_ROW * self.arrows.len() as f64;
         let mut builder = ChartBuilder::on(area);
-        builder.margin_top(6 * FINE).margin_right(12 * FINE);
-        builder.x_label_area_size(if self.x_label.is_empty() { 20 * FINE } else { 38 * FINE });
-        builder.y_label_area_size(if self.y_label.is_empty() { 34 * FINE } else { 52 * FINE });
+        builder.margin_left(6 * FINE).margin_top(6 * FINE).margin_right(12 * FINE);
+        builder.x_label_area_size(if self.x_label.is_empty() { 22 * FINE } else { 42 * FINE });
+        builder.y_label_area_size(if self.y_label.is_empty() { 34 * FINE } else { 54 * FINE });
         if !self.title.is_empty() {
             builder.caption(&self.title, font(13));
         }
@@ -189,19 +192,34 @@ fn steps(z: &DepthDistribution, (first, last): (f64, f64)) -> Vec<(f64, f64)> {
     points
 }
 
-/// The polyline without points that lie on the line through their neighbours to a tenth of a pixel.
+/// The polyline without points that a line between kept points meets to a tenth of a pixel.
 fn thinned(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
     const TOLERANCE: f64 = 2e-4;
     let mut kept: Vec<(f64, f64)> = Vec::new();
+    // The last point seen, and the slopes from the last kept point that pass all points since.
+    let mut last = None;
+    let mut slopes = (f64::NEG_INFINITY, f64::INFINITY);
     for (x, y) in points {
-        if let [.., (x0, y0), (x1, y1)] = kept[..] {
-            let on_line = y0 + (y - y0) * (x1 - x0) / (x - x0);
-            if (on_line - y1).abs() < TOLERANCE * (x1 - x0) / (x - x0) {
-                kept.pop();
-            }
+        if let (Some(&(x0, y0)), Some((x1, y1))) = (kept.last(), last) {
+            let slope = (y - y0) / (x - x0);
+            let (x0, y0) = if (slopes.0..=slopes.1).contains(&slope) {
+                (x0, y0)
+            } else {
+                kept.push((x1, y1));
+                slopes = (f64::NEG_INFINITY, f64::INFINITY);
+                (x1, y1)
+            };
+            slopes.0 = slopes.0.max((y - TOLERANCE - y0) / (x - x0));
+            slopes.1 = slopes.1.min((y + TOLERANCE - y0) / (x - x0));
+            last = Some((x, y));
+        } else if let Some(&(x0, y0)) = kept.last() {
+            slopes = ((y - TOLERANCE - y0) / (x - x0), (y + TOLERANCE - y0) / (x - x0));
+            last = Some((x, y));
+        } else {
+            kept.push((x, y));
         }
-        kept.push((x, y));
     }
+    kept.extend(last);
     kept
 }
 
@@ -237,6 +255,14 @@ mod tests {
 
     #[test]
     fn thinning_keeps_corners() {
+        let arc: Vec<(f64, f64)> = (0..=100).map(|i| f64::from(i) / 100.0).map(|x| (x, x * x)).collect();
+        let kept = thinned(arc.iter().copied());
+        assert!(kept.len() < 60, "{}", kept.len());
+        for (x, y) in arc {
+            let after = kept.iter().position(|&(kept, _)| kept >= x).unwrap().max(1);
+            let ((x0, y0), (x1, y1)) = (kept[after - 1], kept[after]);
+            assert!((y0 + (y1 - y0) * (x - x0) / (x1 - x0) - y).abs() < 1e-3);
+        }
         let points = [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0), (0.3, 0.5), (0.4, 1.0), (0.5, 1.0)];
         assert_eq!(thinned(points.into_iter()), [(0.0, 0.0), (0.2, 0.0), (0.4, 1.0), (0.5, 1.0)]);
     }
