@@ -14,6 +14,9 @@ use std::time::Instant;
 /// Kernels with at most this many different depths are also sampled at these depths.
 const FEW_DEPTHS: usize = 8;
 
+/// Largest accepted number of fragment depths.
+const MAX_DEPTHS: usize = 100_001;
+
 /// A proved bound may pass the true value by no more than the rounding of F itself.
 const PROOF_TOLERANCE: f64 = 1e-12;
 
@@ -55,6 +58,8 @@ pub struct Figure {
     pub id: String,
     /// Title.
     pub title: String,
+    /// Number of fragment depths in place of the experiment's.
+    pub depths: Option<usize>,
     /// Kernels, one column of charts each.
     pub kernels: Vec<String>,
     /// Techniques.
@@ -101,8 +106,6 @@ pub struct BoundsRecord {
     pub figure: String,
     /// Kernel id.
     pub kernel: String,
-    /// Panel of the technique.
-    pub panel: String,
     /// Technique.
     pub technique: String,
     /// Number m of stored moments.
@@ -176,8 +179,10 @@ impl BoundsExperiment {
     /// Rejects values that make no sense, before anything is computed.
     pub(crate) fn check(&self) -> Result<(), EvaluationError> {
         let fail = |reason: String| Err(EvaluationError::Value(reason));
-        if self.depths < 2 {
-            return fail(format!("depths = {} is too small: at least 2 are needed", self.depths));
+        for depths in [self.depths].into_iter().chain(self.figure.iter().filter_map(|figure| figure.depths)) {
+            if !(2..=MAX_DEPTHS).contains(&depths) {
+                return fail(format!("depths = {depths} is not between 2 and {MAX_DEPTHS}"));
+            }
         }
         for (i, kernel) in self.kernel.iter().enumerate() {
             if self.kernel[..i].iter().any(|other| other.id == kernel.id) {
@@ -236,8 +241,9 @@ impl BoundsExperiment {
 
     /// The uniform grid, the depths that the figure points at, and those of a kernel that has only a few.
     fn fragment_depths(&self, figure: &Figure, z: &DepthDistribution) -> Vec<f64> {
-        let cells = (self.depths - 1) as f64;
-        let mut depths: Vec<f64> = (0..self.depths).map(|i| i as f64 / cells).collect();
+        let count = figure.depths.unwrap_or(self.depths);
+        let cells = (count - 1) as f64;
+        let mut depths: Vec<f64> = (0..count).map(|i| i as f64 / cells).collect();
         depths.extend(figure.mark.iter().map(|mark| mark.depth));
         if z.depths().len() <= FEW_DEPTHS {
             depths.extend(z.depths());
@@ -298,7 +304,6 @@ impl Plan<'_> {
         let mut record = BoundsRecord {
             figure: figure.id.clone(),
             kernel: self.experiment.kernel[trial.kernel].id.clone(),
-            panel: technique.panel.clone(),
             technique: technique.name.clone(),
             moments: self.methods[trial.figure][trial.technique].basis().len(),
             z_f: trial.z_f,

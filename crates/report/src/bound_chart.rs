@@ -66,9 +66,11 @@ impl BoundChart<'_> {
             x_label: "fragment depth z_f (fraction of the depth range)",
             y_label: "shadow intensity (fraction of the weight)",
             distribution: self.distribution,
+            rug: true,
             curves,
             arrows: vec![Arrow {
                 depth: self.z_f,
+                tip: -0.02,
                 colour: F_STROKE.colour,
                 text: format!("z_f = {}", self.z_f),
             }],

@@ -124,6 +124,7 @@ impl Sheet<'_> {
         });
         let arrows = self.figure.mark.iter().map(|mark| Arrow {
             depth: mark.depth,
+            tip: self.distributions[kernel].cdf_inclusive(mark.depth) + 0.04,
             colour: if mark.correct { GREEN } else { VERMILLION },
             text: mark.text.clone(),
         });
@@ -133,6 +134,7 @@ impl Sheet<'_> {
             x_label: "",
             y_label: "",
             distribution: Some(&self.distributions[kernel]),
+            rug: false,
             curves: curves.collect(),
             arrows: arrows.collect(),
         }
@@ -185,7 +187,9 @@ fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
     for texel in texels {
         let (x, y) = (left + side * texel.x_texel as i32, top + side * texel.y_texel as i32);
         let grey = (255.0 * (1.0 - texel.depth)).round() as u8;
-        let square = Rectangle::new([(x, y), (x + side, y + side)], RGBColor(grey, grey, grey).filled());
+        // A little larger than a texel, lest the paper shines through; the next texel covers it.
+        let square =
+            Rectangle::new([(x, y), (x + side + 1, y + side + 1)], RGBColor(grey, grey, grey).filled());
         area.draw(&square)?;
     }
     let edge = across * side;

@@ -1,7 +1,7 @@
 //! What the records of a `bounds` experiment say, in numbers.
 
 use crate::error::ReportError;
-use evaluation::{BoundsExperiment, BoundsRecord, BoundsSample, RunDirectory};
+use evaluation::{BoundsExperiment, BoundsRecord, BoundsSample, Figure, RunDirectory, Technique};
 
 /// One technique on one kernel.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,14 +52,14 @@ impl Tables {
             for kernel in &figure.kernels {
                 for technique in &figure.technique {
                     let records: Vec<_> = self.of(&figure.id, kernel, &technique.name).collect();
-                    rows.extend(self.row(&records));
+                    rows.extend(self.row(technique, &records));
                 }
             }
         }
         rows
     }
 
-    fn row(&self, records: &[&BoundsRecord]) -> Option<Row> {
+    fn row(&self, technique: &Technique, records: &[&BoundsRecord]) -> Option<Row> {
         let first = records.first()?;
         let good = || records.iter().filter(|r| r.error.is_empty());
         let distances: Vec<(f64, f64)> =
@@ -77,8 +77,8 @@ impl Tables {
         Some(Row {
             figure: first.figure.clone(),
             kernel: first.kernel.clone(),
-            panel: first.panel.clone(),
-            technique: first.technique.clone(),
+            panel: technique.panel.clone(),
+            technique: technique.name.clone(),
             moments: first.moments,
             mean_distance: area / width,
             largest_distance: distances.iter().map(|d| d.1).fold(f64::NAN, f64::max),
@@ -113,18 +113,37 @@ pub(crate) fn answer(experiment: &BoundsExperiment, tables: &Tables, rows: &[Row
                         let mut records = tables.of(&figure.id, kernel, &technique.name);
                         let record = records.find(|r| r.z_f == mark.depth && r.error.is_empty())?;
                         let distance = record.mass_before - record.lower?;
-                        Some(format!("{} lies {distance:.2} below PCF", technique.name))
+                        Some(format!("{} {distance:.3}", technique.name))
                     })
                     .collect();
                 if !distances.is_empty() {
                     let at = format!("At z_f = {} ({})", mark.depth, mark.text);
-                    sentences.push(format!("{at} {}.", distances.join(", ")));
+                    sentences.push(format!("{at} the distance below PCF is: {}.", distances.join(", ")));
                 }
             }
         }
-        sentences.extend(growth(rows.iter().filter(|row| row.figure == figure.id)));
+        if nested(figure) {
+            sentences.extend(growth(rows.iter().filter(|row| row.figure == figure.id)));
+        }
     }
     sentences.join(" ")
+}
+
+/// Whether each basis of a panel contains all functions of the one before, so that adding moments can be judged.
+fn nested(figure: &Figure) -> bool {
+    let mut pairs = 0;
+    for (i, technique) in figure.technique.iter().enumerate() {
+        let Some(next) = figure.technique[i + 1..].iter().find(|next| next.panel == technique.panel) else {
+            continue;
+        };
+        let (Ok(small), Ok(large)) = (technique.basis(), next.basis()) else { return false };
+        let contained = small.functions().iter().all(|function| large.functions().contains(function));
+        if next.interval != technique.interval || small.len() >= large.len() || !contained {
+            return false;
+        }
+        pairs += 1;
+    }
+    pairs > 0
 }
 
 /// Whether more moments are better, over all kernels and panels of a figure.

@@ -88,6 +88,8 @@ impl Stroke {
 /// An arrow at a fragment depth.
 pub(crate) struct Arrow {
     pub(crate) depth: f64,
+    /// Height of its tip.
+    pub(crate) tip: f64,
     pub(crate) colour: RGBColor,
     pub(crate) text: String,
 }
@@ -98,8 +100,10 @@ pub(crate) struct Chart<'a> {
     pub(crate) depths: (f64, f64),
     pub(crate) x_label: &'static str,
     pub(crate) y_label: &'static str,
-    /// F, drawn as steps, and its depths as ticks below zero.
+    /// F, drawn as steps.
     pub(crate) distribution: Option<&'a DepthDistribution>,
+    /// Whether its depths are shown as ticks below zero.
+    pub(crate) rug: bool,
     /// Later curves cover earlier ones.
     pub(crate) curves: Vec<Curve>,
     pub(crate) arrows: Vec<Arrow>,
@@ -126,7 +130,10 @@ impl Chart<'_> {
         mesh.light_line_style(TRANSPARENT)
             .bold_line_style(GRID.stroke_width(2))
             .axis_style(RUG.stroke_width(3));
-        mesh.x_labels(6).y_labels(6).x_label_formatter(&number).y_label_formatter(&number);
+        mesh.x_labels(6)
+            .y_labels(if self.arrows.is_empty() { 6 } else { 9 })
+            .x_label_formatter(&number)
+            .y_label_formatter(&number);
         mesh.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
         if !self.x_label.is_empty() {
             mesh.x_desc(self.x_label);
@@ -136,11 +143,10 @@ impl Chart<'_> {
         }
         mesh.draw()?;
         if let Some(z) = self.distribution {
-            let ticks = z
-                .depths()
-                .iter()
-                .map(|&depth| PathElement::new([(depth, -0.055), (depth, -0.02)], RUG.stroke_width(3)));
-            chart.draw_series(ticks)?;
+            for &depth in z.depths().iter().filter(|_| self.rug) {
+                let tick = PathElement::new([(depth, -0.055), (depth, -0.02)], RUG.stroke_width(3));
+                chart.draw_series([tick])?;
+            }
             chart.draw_series([PathElement::new(steps(z, self.depths), F_STROKE.style())])?;
             if z.depths().len() <= FEW_JUMPS {
                 for &depth in z.depths() {
@@ -168,11 +174,13 @@ impl Chart<'_> {
         }
         for (i, arrow) in self.arrows.iter().enumerate() {
             let height = top - ARROW_ROW * (i as f64 + 0.8);
-            let shaft =
-                PathElement::new([(arrow.depth, height), (arrow.depth, -0.02)], arrow.colour.stroke_width(4));
+            let shaft = PathElement::new(
+                [(arrow.depth, height), (arrow.depth, arrow.tip)],
+                arrow.colour.stroke_width(4),
+            );
             chart.draw_series([shaft])?;
             let head = |dx: i32, dy: i32| (dx * FINE as i32, dy * FINE as i32);
-            let triangle = EmptyElement::at((arrow.depth, -0.02))
+            let triangle = EmptyElement::at((arrow.depth, arrow.tip))
                 + Polygon::new(vec![head(0, 2), head(-4, -7), head(4, -7)], arrow.colour.filled());
             chart.draw_series([triangle])?;
             let style = anchored(11, HPos::Center, VPos::Bottom).color(&arrow.colour);
