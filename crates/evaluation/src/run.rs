@@ -29,7 +29,7 @@ pub struct RunOptions<'a> {
 }
 
 impl Experiment {
-    /// Runs all trials and records them. The directory is created when the records are complete.
+    /// Runs all trials and records them. The run is complete when its directory has a provenance.json.
     pub fn run(&self, options: &RunOptions<'_>) -> Result<RunDirectory, EvaluationError> {
         let threads = options.threads.unwrap_or_else(logical_cores);
         if threads == 0 {
@@ -42,9 +42,14 @@ impl Experiment {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(fail)?;
         let started = utc(SystemTime::now());
         let clock = Instant::now();
-        let (files, seed) = match &self.kind {
-            Kind::Bounds(experiment) => (pool.install(|| experiment.run(options.progress))?, experiment.seed),
+        let name: String = started.chars().filter(char::is_ascii_alphanumeric).collect();
+        // First, so that a directory that cannot be written shows before the work and not after it.
+        let directory =
+            RunDirectory::create(options.results, &self.name, &format!("{name}-{}", options.scale))?;
+        let (result, seed) = match &self.kind {
+            Kind::Bounds(experiment) => (pool.install(|| experiment.run(options.progress)), experiment.seed),
         };
+        let files = result.inspect_err(|_| directory.remove_if_empty())?;
         let input = format!("{}.toml", self.name);
         let provenance = Provenance {
             build: options.build.clone(),
@@ -52,16 +57,13 @@ impl Experiment {
             scale: options.scale.to_string(),
             seed,
             threads,
-            started: started.clone(),
+            started,
             seconds: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
             cpu: cpu_model(),
             logical_cores: logical_cores(),
             os: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             inputs: BTreeMap::from([(input, sha256(self.source.as_bytes()))]),
         };
-        let name: String = started.chars().filter(char::is_ascii_alphanumeric).collect();
-        let directory =
-            RunDirectory::create(options.results, &self.name, &format!("{name}-{}", options.scale))?;
         directory.write("experiment.toml", self.resolved.to_string().as_bytes())?;
         for file in &files {
             directory.write(&file.name, &file.bytes)?;

@@ -55,6 +55,12 @@ impl RunDirectory {
         }
     }
 
+    /// Takes back a directory in which nothing was recorded.
+    pub(crate) fn remove_if_empty(&self) {
+        // Whoever put something in there wants to keep it.
+        let _ = std::fs::remove_dir(&self.path);
+    }
+
     /// Opens a directory that a run has written.
     pub fn open(path: &Path) -> Result<Self, EvaluationError> {
         let provenance = path.join("provenance.json");

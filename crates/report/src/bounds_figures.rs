@@ -184,15 +184,15 @@ fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
     let across = 1 + texels.iter().map(|t| t.x_texel.max(t.y_texel)).max().unwrap_or_default() as i32;
     let (left, top) = (24 * fine, 24 * fine);
     let side = (area.dim_in_pixel().0 as i32 - left - 10 * fine) / across;
-    for texel in texels {
-        let (x, y) = (left + side * texel.x_texel as i32, top + side * texel.y_texel as i32);
-        let grey = (255.0 * (1.0 - texel.depth)).round() as u8;
-        // A little larger than a texel, lest the paper shines through; the next texel covers it.
-        let square =
-            Rectangle::new([(x, y), (x + side + 1, y + side + 1)], RGBColor(grey, grey, grey).filled());
-        area.draw(&square)?;
-    }
     let edge = across * side;
+    for texel in texels {
+        let (x, y) = (side * texel.x_texel as i32, side * texel.y_texel as i32);
+        // A pixel larger than the texel, lest the paper shines through; the next texel covers it.
+        let (right, bottom) = ((x + side + fine).min(edge), (y + side + fine).min(edge));
+        let grey = (255.0 * (1.0 - texel.depth)).round() as u8;
+        let corners = [(left + x, top + y), (left + right, top + bottom)];
+        area.draw(&Rectangle::new(corners, RGBColor(grey, grey, grey).filled()))?;
+    }
     area.draw(&Rectangle::new([(left, top), (left + edge, top + edge)], BLACK.stroke_width(3)))?;
     let below = top + edge + 12 * fine;
     let lines = [

@@ -116,7 +116,8 @@ const ARROW_ROW: f64 = 0.1;
 
 impl Chart<'_> {
     pub(crate) fn draw(&self, area: &Area<'_>) -> Drawn {
-        let top = 1.04 + ARROW_ROW * self.arrows.len() as f64;
+        let shafts = if self.arrows.is_empty() { 0.0 } else { 0.06 };
+        let top = 1.04 + shafts + ARROW_ROW * self.arrows.len() as f64;
         let mut builder = ChartBuilder::on(area);
         builder.margin_left(6 * FINE).margin_top(6 * FINE).margin_right(12 * FINE);
         builder.x_label_area_size(if self.x_label.is_empty() { 22 * FINE } else { 42 * FINE });
@@ -126,6 +127,8 @@ impl Chart<'_> {
         }
         let mut chart = builder.build_cartesian_2d(self.depths.0..self.depths.1, -0.06..top)?;
         let number = |value: &f64| format!("{:.1}", value + 0.0);
+        // Above 1 there is room for arrows only.
+        let intensity = |value: &f64| if *value < 1.01 { number(value) } else { String::new() };
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(TRANSPARENT)
             .bold_line_style(GRID.stroke_width(2))
@@ -133,7 +136,7 @@ impl Chart<'_> {
         mesh.x_labels(6)
             .y_labels(if self.arrows.is_empty() { 6 } else { 9 })
             .x_label_formatter(&number)
-            .y_label_formatter(&number);
+            .y_label_formatter(&intensity);
         mesh.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
         if !self.x_label.is_empty() {
             mesh.x_desc(self.x_label);

@@ -72,7 +72,8 @@ impl Page<'_> {
             _ => " (whether it was changed is unknown)",
         };
         line("**Reproduce:**\n");
-        line(&format!("```sh\n{}\n```\n", p.command));
+        let command = p.command.strip_prefix("msm ").unwrap_or(&p.command);
+        line(&format!("```sh\ncargo run --release -- {command}\n```\n"));
         line(&format!(
             "msm {} at commit {}{changed}, {}. {} threads on {} ({} logical cores), {}. Started {}, {:.1} s. Seed {}.",
             p.build.version,
