@@ -23,7 +23,7 @@ pub struct Arguments {
     /// The depths in the filter kernel and their weights, as depth:weight separated by commas.
     #[arg(long, allow_hyphen_values = true)]
     atoms: Option<String>,
-    /// The filtered moments E[b_1], ..., E[b_m], separated by commas.
+    /// The filtered moments, the means of b_1 to b_m, separated by commas.
     #[arg(long, allow_hyphen_values = true, value_name = "B1,B2,..")]
     moments: Option<String>,
     /// Depth z_f of the fragment to be shaded.
