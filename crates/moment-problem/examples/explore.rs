@@ -32,7 +32,7 @@ fn main() {
         let key = if b.contains(';') { "gen".to_string() } else { b.to_string() };
         let e = worst.entry(key).or_default();
         e.3 += 1;
-        match out {
+        match out.clone() {
             Ok(o) => {
                 let err = (o.lower - lower).abs().max((o.upper - upper).abs());
                 e.0 = e.0.max(err);
@@ -49,8 +49,12 @@ fn main() {
                         o.gap()
                     );
                 }
-                if t > 0.05 {
-                    println!("{} slow {t} prep {t_prep}", &r[0]);
+                if t > 0.04 {
+                    println!(
+                        "{} slow {t} prep {t_prep} {:?}",
+                        &r[0],
+                        out.as_ref().map(|o| o.certificate.clone())
+                    );
                 }
             }
             Err(x) => {

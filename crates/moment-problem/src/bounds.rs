@@ -124,11 +124,15 @@ pub(crate) fn check_depths(depths: &[f64], interval: Interval) -> Result<(), Mom
     }
 }
 
-/// Sorts support points by depth, drops those without weight and clamps rounding below zero.
-pub(crate) fn sorted_support(points: impl IntoIterator<Item = (f64, f64)>) -> (Vec<f64>, Vec<f64>) {
-    /// Weights below this are rounding of zero.
-    const WEIGHT_TOLERANCE: f64 = 1e-15;
-    let mut points: Vec<(f64, f64)> = points.into_iter().filter(|&(_, w)| w > WEIGHT_TOLERANCE).collect();
+/// Sorts support points by depth and drops those whose weight is not above `least`, which are rounding of zero.
+pub(crate) fn sorted_support(
+    points: impl IntoIterator<Item = (f64, f64)>,
+    least: f64,
+) -> (Vec<f64>, Vec<f64>) {
+    let mut points: Vec<(f64, f64)> = points.into_iter().filter(|&(_, w)| w > least).collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     points.into_iter().unzip()
 }
+
+/// On \[0, 1\] a weight below this changes no moment by more than rounding.
+pub(crate) const UNIT_WEIGHT_TOLERANCE: f64 = 1e-15;

@@ -2,7 +2,10 @@
 
 use crate::arithmetic::{DoubleDouble, Field, Real};
 use crate::basis::Basis;
-use crate::bounds::{Bounds, Certificate, Interval, LowerBound, check_depths, check_input, sorted_support};
+use crate::bounds::{
+    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
+    sorted_support,
+};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 use crate::hamburger::canonical;
@@ -50,7 +53,7 @@ impl<const M: usize> Hamburger<M> {
         let attained_lower = if front < 0.5 { front } else { 1.0 - at_z_f - behind };
         let attained_upper = if behind < 0.5 { 1.0 - behind } else { front + at_z_f };
         let points = kept().map(|&(z, w)| (z.to_f64(), w)).chain([(z_f, at_z_f)]);
-        let (support, weights) = sorted_support(points);
+        let (support, weights) = sorted_support(points, NODE_WEIGHT);
         Bounds {
             lower: attained_lower.clamp(0.0, 1.0),
             upper: attained_upper.clamp(0.0, 1.0),
@@ -97,7 +100,15 @@ impl<const M: usize> LowerBound for Hamburger<M> {
         }
         let points = solution.points(DoubleDouble::from(z_f));
         let others: Vec<(DoubleDouble, f64)> = points[1..].iter().map(|&(z, w)| (z, w.to_f64())).collect();
-        Ok(Self::assemble(z_f, points[0].1.to_f64(), &others, moments))
+        let mut bounds = Self::assemble(z_f, points[0].1.to_f64(), &others, moments);
+        if solution.singular.is_some() {
+            // Rounding has put the moments on or just outside the boundary of the set of moments. The dual polynomial
+            // would prove a little too much; the distribution returned has the nearest moments that exist.
+            let certificate = &mut bounds.certificate;
+            certificate.lower_proved = certificate.lower_proved.min(bounds.lower);
+            certificate.upper_proved = certificate.upper_proved.max(bounds.upper);
+        }
+        Ok(bounds)
     }
 
     /// At most M / 2 depths are determined by their moments (MSM15 Proposition 4), so they are their own support; the
@@ -144,7 +155,10 @@ impl Proved {
         if difference.is_nan() || difference > CERTIFIED_GAP {
             return Err(MomentError::Uncertified { gap: difference });
         }
-        let (support, weights) = sorted_support(claim.support);
+        if claim.support.is_empty() {
+            return Ok(proof); // a trivial bound, attained by any distribution with the moments
+        }
+        let (support, weights) = sorted_support(claim.support, UNIT_WEIGHT_TOLERANCE);
         Ok(Bounds {
             lower: claim.lower,
             upper: claim.upper,

@@ -8,6 +8,9 @@
 use crate::arithmetic::Real;
 use crate::hamburger::{Canonical, Pair, canonical};
 
+/// A support point outside \[0, 1\] by this many rounding errors of 1 is taken for an end point.
+const INSIDE_ROUNDINGS: f64 = 16.0;
+
 /// Support points with their weights, z_f first; points of weight 0 may be missing.
 pub(crate) struct Support<R> {
     pub points: [(R, R); 4],
@@ -37,10 +40,14 @@ enum Solution<R> {
 fn solve<R: Real>(moments: &[R; 4], z_f: R, floor_scale: f64) -> Solution<R> {
     let (zero, one) = (R::zero(), R::one());
     let hamburger = canonical(moments, z_f, floor_scale);
-    // z_f + 1/w lies in [0, 1] exactly if w z_f <= -1 or w (1 - z_f) >= 1.
-    let inside = hamburger.inverse_offsets[..hamburger.count]
-        .iter()
-        .all(|&w| if w < zero { w * z_f <= -one } else { w * (one - z_f) >= one });
+    // z_f + 1/w lies in [0, 1] exactly if w z_f <= -1 or w (1 - z_f) >= 1; with surfaces at 0 or 1 these are equal up
+    // to rounding. A z_f at an end takes no part in the second case.
+    let nearly = one - R::from_f64(INSIDE_ROUNDINGS * R::EPSILON);
+    let at_end = z_f <= zero || z_f >= one;
+    let inside = at_end
+        || hamburger.inverse_offsets[..hamburger.count]
+            .iter()
+            .all(|&w| if w < zero { w * z_f <= -nearly } else { w * (one - z_f) >= nearly });
     // Fewer points than three mean that the moments determine the distribution: its points are inside, and rounding
     // must not send us to the other branch.
     if inside || hamburger.count < 2 {

@@ -58,8 +58,9 @@ pub(crate) fn dual(
         value = value + c * b;
         size += (c * b).to_f64().abs();
     }
-    // Two hundred double-double roundings cover the divided differences of nine abscissae and this sum.
-    let rounding = size * 200.0 * DoubleDouble::EPSILON + f64::EPSILON;
+    // EPSILON is sixteen times the arithmetic's rounding; 32 of them cover the divided differences of nine abscissae
+    // and this sum.
+    let rounding = size * 32.0 * DoubleDouble::EPSILON + f64::EPSILON;
     let mut coefficients: Vec<f64> = coefficients.into_iter().map(DoubleDouble::to_f64).collect();
     coefficients.resize(moments.len() + 1, 0.0);
     let proved = value.to_f64() - rounding;

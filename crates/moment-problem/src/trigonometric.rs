@@ -105,7 +105,12 @@ pub(crate) fn lower_candidate<R: Real>(moments: &[R; 4], z_f: R) -> Option<Candi
 impl<R: Real> Candidate<R> {
     /// Depths and weights of the free points.
     pub(crate) fn free_points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
-        self.free.iter().map(|&(x, w)| (1f64.atan2(x.to_f64()) / std::f64::consts::PI, w.to_f64()))
+        /// Points this close to the seam are on it, on the side that does not shadow.
+        const SEAM: f64 = 1e-15;
+        self.free.iter().map(|&(x, w)| {
+            let z = 1f64.atan2(x.to_f64()) / std::f64::consts::PI;
+            (if z < SEAM { 1.0 } else { z }, w.to_f64())
+        })
     }
 }
 

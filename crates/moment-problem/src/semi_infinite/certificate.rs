@@ -1,6 +1,6 @@
 //! Is y . a(z) <= p(z) on the whole interval? Rigorous suprema, and the places where it fails.
 
-use super::prepared::{Cell, HALF_CELL, PreparedBasis};
+use super::prepared::{Cell, HALF_CELL, PreparedBasis, curvature_range};
 use crate::arithmetic::{Ball, DoubleDouble, Jet};
 
 /// The step function that the dual function must stay below.
@@ -39,7 +39,14 @@ impl Step {
 
 /// Excess over p up to which a dual function counts as feasible. The proved bound is lowered by what is left, so this
 /// trades time for sharpness only.
-pub(crate) const EXCESS_TOLERANCE: f64 = 1e-11;
+const EXCESS_TOLERANCE: f64 = 2e-11;
+
+/// Excess from which the exchange adds a depth: half of what the proof accepts, so that the proof need not resolve
+/// the difference between its bounds and the function.
+pub(crate) const SEARCH_TOLERANCE: f64 = 0.5 * EXCESS_TOLERANCE;
+
+/// Bounds this close above a value of the function are not refined.
+const RESOLUTION: f64 = 0.1 * EXCESS_TOLERANCE;
 
 /// Cells that the rigorous search may examine before it settles for what it has.
 const MAX_EXAMINED: usize = 20_000;
@@ -57,14 +64,12 @@ impl PreparedBasis {
             for cell in self.cells_between(low, high) {
                 let (left, right) = (cell.centre - HALF_CELL, cell.centre + HALF_CELL);
                 let whole = left >= low && right <= high;
-                if whole {
-                    let bound = cell_bound(cell, &rounded);
-                    if bound - p <= EXCESS_TOLERANCE {
-                        proof.worst = proof.worst.max(bound - p);
-                        continue;
-                    }
+                let bound = if whole { proof.cell_bound(cell, &rounded, p) } else { f64::INFINITY };
+                if bound - p <= EXCESS_TOLERANCE {
+                    proof.worst = proof.worst.max(bound - p);
+                } else {
+                    proof.examine(left.max(low), right.min(high), p);
                 }
-                proof.examine(left.max(low), right.min(high), p);
             }
         }
         proof.worst
@@ -77,59 +82,43 @@ impl PreparedBasis {
         &self.cells[first..last]
     }
 
-    /// Local maxima of y . a - p that exceed `tolerance`, as (z, excess). Not rigorous: proposes columns.
-    pub(super) fn violations(&self, y: &[DoubleDouble], step: Step, tolerance: f64) -> Vec<(f64, f64)> {
+    /// Local maxima of y . a - p on \[0, 1\] that exceed `tolerance`. Not rigorous: proposes columns.
+    pub(super) fn violations(&self, y: &[DoubleDouble], step: Step, tolerance: f64) -> Vec<f64> {
         let rounded: Vec<f64> = y.iter().map(|y| y.to_f64()).collect();
         let coefficients = self.coefficients(y);
-        let mut found: Vec<(f64, f64, usize)> = Vec::new();
+        let mut search =
+            Search { basis: self, coefficients: &coefficients, tolerance, found: Vec::new(), examined: 0 };
         for (low, high, p) in step.pieces() {
             if low == high && p == 1.0 {
-                continue;
+                continue; // empty half-open piece
             }
-            let mut peaks: Vec<(f64, f64, f64)> = Vec::new();
             for cell in self.cells_between(low, high) {
                 let (left, right) = ((cell.centre - HALF_CELL).max(low), (cell.centre + HALF_CELL).min(high));
-                if right - left == 2.0 * HALF_CELL && cell_bound(cell, &rounded) - p <= tolerance {
+                let model = CellModel::new(cell, &rounded);
+                let whole = right - left == 2.0 * HALF_CELL;
+                if whole && model.bound() - p <= tolerance {
                     continue;
                 }
-                let (z, value) = self.peak(&coefficients, left, right);
-                if value - p > tolerance {
-                    peaks.push((z, value - p, left));
-                }
-            }
-            // Of neighbouring cells keep the highest: one column a peak is enough.
-            for (i, &(z, excess, left)) in peaks.iter().enumerate() {
-                let adjacent = |j: usize| {
-                    peaks
-                        .get(j)
-                        .filter(|other| (other.2 - left).abs() < 3.0 * HALF_CELL)
-                        .map_or(0.0, |other| other.1)
-                };
-                let before = if i > 0 { adjacent(i - 1) } else { 0.0 };
-                if excess >= before && excess > adjacent(i + 1) {
-                    found.push((z, excess, found.len()));
+                if model.curvature.1 < 0.0 {
+                    search.consider_peak(model.vertex(cell.centre), left, right, p);
+                } else {
+                    search.descend((left, right), (low, high), p);
                 }
             }
         }
-        found.into_iter().map(|(z, excess, _)| (z, excess)).collect()
+        search.found
     }
 
-    /// Highest point found of the function in \[left, right\].
-    fn peak(&self, coefficients: &[DoubleDouble], left: f64, right: f64) -> (f64, f64) {
-        let jet = |z: f64| self.function(coefficients, Jet::variable(DoubleDouble::from(z)));
-        let mut best = (left, jet(left).value.to_f64());
-        let mut consider = |z: f64| {
-            let value = jet(z).value.to_f64();
+    /// Highest point found of the function in \[left, right\], by Newton's method from `start`.
+    fn peak(&self, coefficients: &[DoubleDouble], start: f64, left: f64, right: f64) -> (f64, f64) {
+        let mut best = (start, f64::NEG_INFINITY);
+        let mut z = start;
+        for _ in 0..20 {
+            let at = self.function(coefficients, Jet::variable(DoubleDouble::from(z)));
+            let (value, slope, curvature) = (at.value.to_f64(), at.first.to_f64(), at.second.to_f64());
             if value > best.1 {
                 best = (z, value);
             }
-        };
-        consider(right);
-        let mut z = 0.5 * (left + right);
-        for _ in 0..6 {
-            consider(z);
-            let at = jet(z);
-            let (slope, curvature) = (at.first.to_f64(), at.second.to_f64());
             let next = if curvature < 0.0 {
                 z - slope / curvature
             } else if slope > 0.0 {
@@ -138,30 +127,120 @@ impl PreparedBasis {
                 left
             };
             let next = next.clamp(left, right);
-            if next == z || next.is_nan() {
+            // A further step would raise the value by less than anything that matters.
+            if next.is_nan() || (slope * (next - z)).abs() < 0.02 * SEARCH_TOLERANCE {
                 break;
             }
             z = next;
         }
-        consider(z);
         best
     }
 }
 
-/// Upper bound of y . a over the cell from its table entries, rounding included.
-fn cell_bound(cell: &Cell, y: &[f64]) -> f64 {
-    let (mut value, mut slope, mut curvature, mut size) = (0.0, 0.0, 0.0, 0.0);
-    for ((&y, &(a, a1)), &(low, high)) in y.iter().zip(&cell.values).zip(&cell.curvature) {
-        value += y * a;
-        slope += y * a1;
-        curvature += (y * low).max(y * high);
-        size += (y * a).abs() + (y * a1).abs() * HALF_CELL;
+/// Collects local maxima.
+struct Search<'a> {
+    basis: &'a PreparedBasis,
+    coefficients: &'a [DoubleDouble],
+    tolerance: f64,
+    found: Vec<f64>,
+    examined: usize,
+}
+
+impl Search<'_> {
+    fn consider_peak(&mut self, start: f64, left: f64, right: f64, p: f64) {
+        let (z, value) = self.basis.peak(self.coefficients, start.clamp(left, right), left, right);
+        if value - p > self.tolerance {
+            self.found.push(z);
+        }
     }
-    // 32 roundings cover the sums of at most 17 terms and the rounding of the table and of y.
-    value
-        + slope.abs() * HALF_CELL
-        + 0.5 * curvature.max(0.0) * HALF_CELL * HALF_CELL * (1.0 + 1e-12)
-        + size * 32.0 * f64::EPSILON
+
+    /// Splits an interval until the function is below p, monotone or concave on each part.
+    fn descend(&mut self, interval: (f64, f64), piece: (f64, f64), p: f64) {
+        let proof = Proof { basis: self.basis, coefficients: self.coefficients, examined: 0, worst: 0.0 };
+        let mut stack = vec![interval];
+        while let Some((low, high)) = stack.pop() {
+            self.examined += 1;
+            let Enclosure { bound, shape, .. } = proof.bound(low, high);
+            let middle = 0.5 * (low + high);
+            let divisible = middle > low && middle < high && self.examined < MAX_EXAMINED;
+            match shape {
+                _ if bound - p <= self.tolerance => {}
+                Shape::Concave => self.consider_peak(middle, low, high, p),
+                // Inside the piece the neighbour has the maximum.
+                Shape::Rising if high < piece.1 => {}
+                Shape::Falling if low > piece.0 => {}
+                Shape::Rising => self.consider_peak(high, high, high, p),
+                Shape::Falling => self.consider_peak(low, low, low, p),
+                Shape::Unknown if divisible => stack.extend([(low, middle), (middle, high)]),
+                Shape::Unknown => self.consider_peak(middle, low, high, p),
+            }
+        }
+    }
+}
+
+/// What is proved of the function on an interval.
+struct Enclosure {
+    /// Above all values.
+    bound: f64,
+    /// Not above the largest value.
+    value: f64,
+    shape: Shape,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Shape {
+    Rising,
+    Falling,
+    Concave,
+    Unknown,
+}
+
+/// Quadratic model of y . a on one cell from the table.
+struct CellModel {
+    value: f64,
+    slope: f64,
+    curvature: (f64, f64),
+    /// Bound on the rounding of value and slope terms.
+    rounding: f64,
+}
+
+impl CellModel {
+    fn new(cell: &Cell, y: &[f64]) -> Self {
+        let mut model = Self { value: 0.0, slope: 0.0, curvature: (0.0, 0.0), rounding: 0.0 };
+        let (mut size, mut bend) = (0.0, 0.0);
+        for ((&y, &(a, a1)), &(low, high)) in y.iter().zip(&cell.values).zip(&cell.curvature) {
+            model.value += y * a;
+            model.slope += y * a1;
+            model.curvature.0 += (y * low).min(y * high);
+            model.curvature.1 += (y * low).max(y * high);
+            size += (y * a).abs() + (y * a1).abs() * HALF_CELL;
+            bend += (y * low).abs().max((y * high).abs());
+        }
+        // 32 roundings cover the sums of at most 17 terms and the rounding of the table and of y.
+        let relative = 32.0 * f64::EPSILON;
+        model.rounding = size * relative;
+        model.curvature.0 -= bend * relative;
+        model.curvature.1 += bend * relative;
+        model
+    }
+
+    /// Upper bound over the cell by Taylor's formula.
+    fn bound(&self) -> f64 {
+        self.value
+            + self.slope.abs() * HALF_CELL
+            + 0.5 * self.curvature.1.max(0.0) * HALF_CELL * HALF_CELL
+            + self.rounding
+    }
+
+    /// Where the model is highest; not clamped to the cell.
+    fn vertex(&self, centre: f64) -> f64 {
+        let curvature = 0.5 * (self.curvature.0 + self.curvature.1);
+        if curvature < 0.0 {
+            centre - self.slope / curvature
+        } else {
+            centre + HALF_CELL.copysign(self.slope)
+        }
+    }
 }
 
 struct Proof<'a> {
@@ -172,14 +251,36 @@ struct Proof<'a> {
 }
 
 impl Proof<'_> {
+    /// Upper bound of the function on a whole cell, from the table and at most one evaluation.
+    fn cell_bound(&self, cell: &Cell, y: &[f64], p: f64) -> f64 {
+        let model = CellModel::new(cell, y);
+        let bound = model.bound();
+        if bound - p <= EXCESS_TOLERANCE || model.curvature.1 >= 0.0 {
+            return bound;
+        }
+        // Concave: expand at (nearly) the highest point, where the slope all but vanishes.
+        let peak = model.vertex(cell.centre).clamp(cell.centre - HALF_CELL, cell.centre + HALF_CELL);
+        let at = self.basis.function(self.coefficients, Jet::variable(Ball::point(DoubleDouble::from(peak))));
+        let (value, slope) = (at.value.upper(), (at.first.lower(), at.first.upper()));
+        let margin = 4.0 * f64::EPSILON * value.abs();
+        let at_left_end = peak == cell.centre - HALF_CELL && slope.1 <= 0.0;
+        let at_right_end = peak == cell.centre + HALF_CELL && slope.0 >= 0.0;
+        if at_left_end || at_right_end {
+            return value + margin;
+        }
+        let steepest = slope.0.abs().max(slope.1.abs());
+        value + 0.5 * steepest * steepest / -model.curvature.1 * (1.0 + 1e-14) + margin
+    }
+
     fn examine(&mut self, low: f64, high: f64, p: f64) {
         let mut stack = vec![(low, high)];
         while let Some((low, high)) = stack.pop() {
             self.examined += 1;
-            let excess = self.bound(low, high) - p;
+            let Enclosure { bound, value, .. } = self.bound(low, high);
+            let excess = bound - p;
             let middle = 0.5 * (low + high);
             let divisible = middle > low && middle < high && self.examined + stack.len() < MAX_EXAMINED;
-            if excess <= EXCESS_TOLERANCE || !divisible {
+            if excess <= EXCESS_TOLERANCE || bound - value <= RESOLUTION || !divisible {
                 self.worst = self.worst.max(excess);
             } else {
                 stack.push((low, middle));
@@ -189,27 +290,38 @@ impl Proof<'_> {
     }
 
     /// Upper bound of the function on \[low, high\]: the best of Taylor's formula, monotonicity and concavity.
-    fn bound(&self, low: f64, high: f64) -> f64 {
+    fn bound(&self, low: f64, high: f64) -> Enclosure {
         let jet = |z: Ball| self.basis.function(self.coefficients, Jet::variable(z));
         let middle = 0.5 * (low + high);
         let half = 0.5 * (high - low) * (1.0 + 1e-15) + f64::MIN_POSITIVE;
         let at_middle = jet(Ball::point(DoubleDouble::from(middle)));
         let over = jet(Ball::interval(low, high));
-        let (curvature_low, curvature_high) = (over.second.lower(), over.second.upper());
+        let (curvature_low, curvature_high) = curvature_range(&at_middle, &over, half);
         let (slope_low, slope_high) = (at_middle.first.lower(), at_middle.first.upper());
         let steepest = slope_low.abs().max(slope_high.abs());
         let value = at_middle.value.upper();
         let mut bound = value + steepest * half + 0.5 * curvature_high.max(0.0) * half * half;
         bound += 4.0 * f64::EPSILON * bound.abs();
         let bend = curvature_low.abs().max(curvature_high.abs()) * half;
-        if slope_low - bend >= 0.0 {
-            bound = bound.min(jet(Ball::point(DoubleDouble::from(high))).value.upper());
+        let mut highest = at_middle.value.lower();
+        let mut end = |z: f64| {
+            let value = jet(Ball::point(DoubleDouble::from(z))).value;
+            highest = highest.max(value.lower());
+            value.upper()
+        };
+        let shape = if slope_low - bend >= 0.0 {
+            bound = bound.min(end(high));
+            Shape::Rising
         } else if slope_high + bend <= 0.0 {
-            bound = bound.min(jet(Ball::point(DoubleDouble::from(low))).value.upper());
+            bound = bound.min(end(low));
+            Shape::Falling
         } else if curvature_high < 0.0 {
             let vertex = value + 0.5 * steepest * steepest / -curvature_high * (1.0 + 1e-14);
             bound = bound.min(vertex + 4.0 * f64::EPSILON * vertex.abs());
-        }
-        if bound.is_nan() { f64::INFINITY } else { bound }
+            Shape::Concave
+        } else {
+            Shape::Unknown
+        };
+        Enclosure { bound: if bound.is_nan() { f64::INFINITY } else { bound }, value: highest, shape }
     }
 }

@@ -10,7 +10,10 @@ pub(crate) use simplex::{Column, Program, Solution, minimise};
 
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
-use crate::bounds::{Bounds, Certificate, Interval, LowerBound, check_depths, check_input, sorted_support};
+use crate::bounds::{
+    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
+    sorted_support,
+};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 
@@ -60,7 +63,7 @@ pub(crate) fn solve_prepared(
 /// Bounds from the solutions of the two programs.
 pub(crate) fn assemble(prepared: &PreparedBasis, lower: &Solution, upper: &Solution) -> Bounds {
     let coefficients = |y: &[DoubleDouble]| prepared.coefficients(y).iter().map(|c| c.to_f64()).collect();
-    let (support, weights) = sorted_support(lower.support.iter().copied());
+    let (support, weights) = sorted_support(lower.support.iter().copied(), UNIT_WEIGHT_TOLERANCE);
     Bounds {
         lower: lower.primal_value.clamp(0.0, 1.0),
         upper: (1.0 - upper.primal_value).clamp(0.0, 1.0),

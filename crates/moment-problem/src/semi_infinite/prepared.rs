@@ -128,14 +128,10 @@ impl PreparedBasis {
             .iter()
             .map(|row| {
                 let constant = Jet::from_double_double(row[0]);
-                row[1..].iter().zip(&functions).fold(constant, |sum, (&c, &f)| {
-                    let c = T::from_double_double(c);
-                    Jet {
-                        value: sum.value + c * f.value,
-                        first: sum.first + c * f.first,
-                        second: sum.second + c * f.second,
-                    }
-                })
+                row[1..]
+                    .iter()
+                    .zip(&functions)
+                    .fold(constant, |sum, (&c, &f)| sum + f.scale(T::from_double_double(c)))
             })
             .collect()
     }
@@ -167,14 +163,19 @@ impl PreparedBasis {
     /// The function with the given coefficients over 1, b_1, ..., b_m, with derivatives.
     pub(super) fn function<T: Field>(&self, coefficients: &[DoubleDouble], z: Jet<T>) -> Jet<T> {
         let constant = Jet::from_double_double(coefficients[0]);
-        self.basis.functions().iter().zip(&coefficients[1..]).fold(constant, |sum, (function, &c)| {
-            let f = function.evaluate(z);
-            let c = T::from_double_double(c);
-            Jet {
-                value: sum.value + c * f.value,
-                first: sum.first + c * f.first,
-                second: sum.second + c * f.second,
-            }
-        })
+        self.basis
+            .functions()
+            .iter()
+            .zip(&coefficients[1..])
+            .fold(constant, |sum, (function, &c)| sum + function.evaluate(z).scale(T::from_double_double(c)))
     }
+}
+
+/// Enclosure of the second derivative within `half` of a centre: directly, and by the mean value theorem, which does
+/// not suffer where large coefficients cancel.
+pub(super) fn curvature_range(centre: &Jet<Ball>, over: &Jet<Ball>, half: f64) -> (f64, f64) {
+    let bend = over.third.lower().abs().max(over.third.upper().abs()) * half * (1.0 + 1e-15);
+    let low = (centre.second.lower() - bend).max(over.second.lower());
+    let high = (centre.second.upper() + bend).min(over.second.upper());
+    (low, high)
 }

@@ -1,14 +1,20 @@
 //! Primal simplex method in double-double over finitely many depths, with columns added where the dual function
 //! exceeds the step: a linear program over the whole interval, not over a grid.
 
-use super::certificate::{EXCESS_TOLERANCE, Step};
+use super::certificate::{SEARCH_TOLERANCE, Step};
 use super::prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::dense::{Factors, dot};
 use crate::error::MomentError;
 
-/// Cost of an artificial variable. Duals are bounded by it; the steepest ones in the reference vectors reach 1e9.
-const ARTIFICIAL_COST: f64 = 1e12;
+/// Costs of an artificial variable, tried in turn. They bound the dual vector, whose size decides how close together
+/// the exchange puts its depths, so the smallest one that drives the artificial variables out is best. Six
+/// power moments of a kernel whose depths lie within 1e-3 need duals of 1e19.
+const ARTIFICIAL_COSTS: [f64; 6] = [1e4, 1e7, 1e10, 1e13, 1e17, 1e21];
+
+/// Artificial variables above this are not rounding: the next cost is tried. Then the exact solution
+/// needs none, and its dual is no larger than the present cost.
+const ARTIFICIAL_RESIDUAL: f64 = 1e-24;
 
 /// Share of a full-support distribution that is mixed in for the pivoting rules, so that kernels with few surfaces
 /// are not degenerate vertices. Final values are computed without it. The bound may react to a perturbation by its
@@ -109,7 +115,7 @@ impl<'a> Program<'a> {
         for row in 0..rank {
             let sign = if program.perturbed[row] < DoubleDouble::zero() { -1.0 } else { 1.0 };
             let entries = (0..rank).map(|i| DoubleDouble::from(if i == row { sign } else { 0.0 })).collect();
-            program.columns.push(Column { z: f64::NAN, entries, cost: ARTIFICIAL_COST });
+            program.columns.push(Column { z: f64::NAN, entries, cost: ARTIFICIAL_COSTS[0] });
         }
         program.columns.extend(real);
         program
@@ -136,14 +142,30 @@ impl<'a> Program<'a> {
 
     /// Adds columns where the dual function exceeds the step until there are none; returns y . b.
     pub(crate) fn exchange(&mut self) -> Result<f64, MomentError> {
-        for _ in 0..MAX_EXCHANGES {
-            let (dual, _) = self.finite_optimum()?;
-            let violations = self.prepared.violations(&dual, self.step, EXCESS_TOLERANCE);
-            if violations.is_empty() || !self.add_columns(violations.iter().map(|&(z, _)| z)) {
+        for cost in ARTIFICIAL_COSTS {
+            let rank = self.prepared.rank();
+            self.columns[..rank].iter_mut().for_each(|column| column.cost = cost);
+            self.exchange_at_present_cost()?;
+            if self.vertex()?.residual <= ARTIFICIAL_RESIDUAL {
                 break;
             }
         }
         Ok(self.finite_optimum()?.1)
+    }
+
+    fn exchange_at_present_cost(&mut self) -> Result<(), MomentError> {
+        for _ in 0..MAX_EXCHANGES {
+            self.optimise()?;
+            let vertex = self.vertex()?;
+            if vertex.residual <= FEASIBILITY_TOLERANCE && vertex.is_zero() {
+                break; // nothing is smaller, so nothing has to be proved
+            }
+            let violations = self.prepared.violations(&vertex.dual, self.step, SEARCH_TOLERANCE);
+            if violations.is_empty() || !self.add_columns(violations.into_iter()) {
+                break;
+            }
+        }
+        Ok(())
     }
 
     fn column(&self, z: f64) -> Column {
@@ -214,37 +236,66 @@ impl<'a> Program<'a> {
         Err(failure("too many pivots"))
     }
 
-    /// The present vertex with its proof.
-    pub(crate) fn finish(&self) -> Result<Solution, MomentError> {
+    /// The present vertex for the moments without perturbation.
+    fn vertex(&self) -> Result<Vertex, MomentError> {
         let factors = self.factors()?;
         let x = factors.solve(&self.target);
-        let y = factors.solve_transposed(&self.costs());
-        let is_artificial = |j: usize| self.columns[j].z.is_nan();
-        let mut residual = 0.0f64;
-        let mut target = self.target.clone();
-        let mut support = Vec::new();
-        let mut primal = DoubleDouble::zero();
+        let mut vertex = Vertex {
+            dual: factors.solve_transposed(&self.costs()),
+            attained: self.target.clone(),
+            value: DoubleDouble::zero(),
+            support: Vec::new(),
+            residual: 0.0,
+        };
         for (&j, &weight) in self.basic.iter().zip(&x) {
             let column = &self.columns[j];
-            if is_artificial(j) {
-                residual = residual.max(weight.to_f64().abs());
-                for (value, &entry) in target.iter_mut().zip(&column.entries) {
+            if column.z.is_nan() {
+                vertex.residual = vertex.residual.max(weight.to_f64().abs());
+                for (value, &entry) in vertex.attained.iter_mut().zip(&column.entries) {
                     *value = *value - weight * entry;
                 }
             } else {
-                primal = primal + weight * DoubleDouble::from(column.cost);
-                support.push((column.z, weight.to_f64()));
+                vertex.value = vertex.value + weight * DoubleDouble::from(column.cost);
+                vertex.support.push((column.z, weight.to_f64()));
             }
         }
+        Ok(vertex)
+    }
+
+    /// The present vertex with its proof.
+    pub(crate) fn finish(&self) -> Result<Solution, MomentError> {
+        let mut vertex = self.vertex()?;
+        let residual = vertex.residual;
         if residual.is_nan() || residual > FEASIBILITY_TOLERANCE {
             return Err(MomentError::Infeasible { residual });
         }
+        if vertex.is_zero() {
+            vertex.dual.fill(DoubleDouble::zero());
+        }
+        let (y, target) = (vertex.dual, vertex.attained);
         let excess = self.prepared.excess(&y, self.step).max(0.0);
-        // Moments within the tolerance of the feasible set were projected onto it: `target` is what x attains.
         let dual_value = dot(&y, &target).to_f64();
         let rounding: f64 = y.iter().zip(&target).map(|(y, b)| (y.to_f64() * b.to_f64()).abs()).sum();
         let proved = dual_value - excess - rounding * 1e-28 - f64::EPSILON;
-        Ok(Solution { dual: y, primal_value: primal.to_f64(), proved, excess, support })
+        Ok(Solution { dual: y, primal_value: vertex.value.to_f64(), proved, excess, support: vertex.support })
+    }
+}
+
+/// A basic solution.
+struct Vertex {
+    dual: Vec<DoubleDouble>,
+    /// Right-hand side that the depths attain: the target, projected onto the set of moments if it was outside.
+    attained: Vec<DoubleDouble>,
+    value: DoubleDouble,
+    support: Vec<(f64, f64)>,
+    /// Largest artificial weight.
+    residual: f64,
+}
+
+impl Vertex {
+    /// Whether the objective is at its trivial minimum; the dual function 0 proves that.
+    fn is_zero(&self) -> bool {
+        self.value.to_f64() <= f64::EPSILON
     }
 }
 
