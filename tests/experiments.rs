@@ -32,6 +32,7 @@ fn smoke(experiment: &Path, out: &Path, more: &[&str]) -> PathBuf {
     let output = msm(&[&command[..], &["--out", out.to_str().unwrap()], more].concat());
     assert!(output.status.success(), "{}: {}", experiment.display(), String::from_utf8_lossy(&output.stderr));
     let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(answer["failed"], 0, "{answer}");
     PathBuf::from(answer["directory"].as_str().unwrap())
 }
 

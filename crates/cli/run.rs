@@ -50,6 +50,8 @@ impl From<ScaleName> for Scale {
 struct Answer {
     experiment: String,
     scale: Scale,
+    trials: usize,
+    failed: usize,
     directory: String,
     files: Vec<String>,
 }
@@ -70,15 +72,21 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     let run = experiment.run(&options).map_err(failure)?;
     bar.finish();
-    let written = ::report::write(&run).map_err(anyhow::Error::from)?;
+    let written = ::report::write(&run.directory).map_err(anyhow::Error::from)?;
     let answer = Answer {
         experiment: experiment.name,
         scale,
-        directory: run.path().display().to_string(),
+        trials: run.trials,
+        failed: run.failed,
+        directory: run.directory.path().display().to_string(),
         files: written.into_iter().map(|file| file.name).collect(),
     };
     arguments.output.emit(&answer, |out| {
-        writeln!(out, "{}", answer.directory)?;
+        writeln!(
+            out,
+            "{} trials, {} failed, recorded in {}",
+            answer.trials, answer.failed, answer.directory
+        )?;
         answer.files.iter().try_for_each(|file| writeln!(out, "  {file}"))
     })
 }

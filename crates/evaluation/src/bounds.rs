@@ -3,7 +3,7 @@
 use crate::error::EvaluationError;
 use crate::kernel::{Kernel, uniform_distribution};
 use crate::method::{Domain, Method, Solver, method};
-use crate::run::Progress;
+use crate::run::{Progress, Recorded};
 use crate::run_directory::RecordedFile;
 use moment_problem::{Basis, Bounds, DepthDistribution};
 use rayon::prelude::*;
@@ -254,7 +254,7 @@ impl BoundsExperiment {
     }
 
     /// Computes all bounds in parallel, then times some alone.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Vec<RecordedFile>, EvaluationError> {
+    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;
         let done = AtomicUsize::new(0);
         let records: Vec<BoundsRecord> = plan
@@ -267,11 +267,13 @@ impl BoundsExperiment {
             })
             .collect();
         let samples = plan.time(&records);
-        Ok(vec![
+        let files = vec![
             RecordedFile::csv("records.csv", &records)?,
             RecordedFile::csv("samples.csv", &samples)?,
             RecordedFile::csv("kernels.csv", &plan.kernel_records())?,
-        ])
+        ];
+        let failed = records.iter().filter(|record| !record.error.is_empty()).count();
+        Ok(Recorded { files, trials: records.len(), failed })
     }
 }
 

@@ -21,5 +21,5 @@ pub use experiment::{Experiment, Kind, Scale};
 pub use kernel::{Kernel, Region, Surface, uniform_distribution};
 pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
-pub use run::{Progress, RunOptions};
+pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};

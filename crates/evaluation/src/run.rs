@@ -3,7 +3,7 @@
 use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Kind, Scale};
 use crate::provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
-use crate::run_directory::RunDirectory;
+use crate::run_directory::{RecordedFile, RunDirectory};
 use rayon::ThreadPoolBuilder;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -28,9 +28,27 @@ pub struct RunOptions<'a> {
     pub progress: Progress<'a>,
 }
 
+/// What the trials of an experiment left.
+pub(crate) struct Recorded {
+    pub(crate) files: Vec<RecordedFile>,
+    pub(crate) trials: usize,
+    pub(crate) failed: usize,
+}
+
+/// A finished run.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Where it is recorded.
+    pub directory: RunDirectory,
+    /// Number of trials, failed ones included.
+    pub trials: usize,
+    /// Trials whose record has its `error` filled.
+    pub failed: usize,
+}
+
 impl Experiment {
     /// Runs all trials and records them. The run is complete when its directory has a provenance.json.
-    pub fn run(&self, options: &RunOptions<'_>) -> Result<RunDirectory, EvaluationError> {
+    pub fn run(&self, options: &RunOptions<'_>) -> Result<Run, EvaluationError> {
         let threads = options.threads.unwrap_or_else(logical_cores);
         if threads == 0 {
             return Err(EvaluationError::Value("0 threads cannot work: at least 1 is needed".to_owned()));
@@ -49,7 +67,7 @@ impl Experiment {
         let (result, seed) = match &self.kind {
             Kind::Bounds(experiment) => (pool.install(|| experiment.run(options.progress)), experiment.seed),
         };
-        let files = result.inspect_err(|_| directory.remove_if_empty())?;
+        let recorded = result.inspect_err(|_| directory.remove_if_empty())?;
         let input = format!("{}.toml", self.name);
         let provenance = Provenance {
             build: options.build.clone(),
@@ -65,7 +83,7 @@ impl Experiment {
             inputs: BTreeMap::from([(input, sha256(self.source.as_bytes()))]),
         };
         directory.write("experiment.toml", self.resolved.to_string().as_bytes())?;
-        for file in &files {
+        for file in &recorded.files {
             directory.write(&file.name, &file.bytes)?;
         }
         let fail = |error: serde_json::Error| EvaluationError::Table {
@@ -76,6 +94,6 @@ impl Experiment {
         json.push(b'\n');
         // Last, because it marks the run as complete.
         directory.write("provenance.json", &json)?;
-        Ok(directory)
+        Ok(Run { directory, trials: recorded.trials, failed: recorded.failed })
     }
 }

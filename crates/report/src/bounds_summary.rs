@@ -179,3 +179,48 @@ fn growth<'a>(rows: impl Iterator<Item = &'a Row>) -> Option<String> {
         means.join(", ")
     ))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(z_f: f64, mass_before: f64, lower: Option<f64>, error: &str) -> BoundsRecord {
+        BoundsRecord {
+            figure: "figure".to_owned(),
+            kernel: "kernel".to_owned(),
+            technique: "technique".to_owned(),
+            moments: 2,
+            z_f,
+            mass_before,
+            lower,
+            upper: lower.map(|_| 1.0),
+            lower_proved: lower.map(|lower| lower - 1e-9),
+            upper_proved: lower.map(|_| 1.0),
+            error: error.to_owned(),
+        }
+    }
+
+    #[test]
+    fn failed_trials_are_counted_and_do_not_enter_the_mean() {
+        let records = vec![
+            record(0.0, 0.0, Some(0.0), ""),
+            record(0.25, 0.5, None, "solver failed"),
+            record(0.5, 0.5, Some(0.1), ""),
+            record(0.75, 1.0, Some(9.0), "contradiction"),
+            record(1.0, 1.0, Some(0.8), ""),
+        ];
+        let technique = Technique {
+            name: "technique".to_owned(),
+            panel: "panel".to_owned(),
+            basis: "power:2".to_owned(),
+            interval: evaluation::Domain::Unit,
+            solver: None,
+        };
+        let tables = Tables { records, samples: Vec::new() };
+        let row = tables.row(&technique, &tables.records.iter().collect::<Vec<_>>()).unwrap();
+        assert_eq!((row.failed, row.trials, row.median_time_ns), (2, 5, None));
+        // Trapezoids of 0 to 0.4 and of 0.4 to 0.2, each half a unit wide.
+        assert!((row.mean_distance - (0.1 + 0.15)).abs() < 1e-12, "{}", row.mean_distance);
+        assert!((row.largest_distance - 0.4).abs() < 1e-12 && (row.worst_gap - 1e-9).abs() < 1e-12);
+    }
+}
