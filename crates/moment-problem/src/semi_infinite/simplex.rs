@@ -206,7 +206,8 @@ impl<'a> Program<'a> {
             let mut smallest = -OPTIMALITY_TOLERANCE;
             for (j, column) in self.columns.iter().enumerate().skip(artificial) {
                 let reduced = (DoubleDouble::from(column.cost) - dot(&y, &column.entries)).to_f64();
-                if reduced < smallest {
+                // Basic columns price out to rounding only, which nearly parallel columns can magnify.
+                if reduced < smallest && !self.basic.contains(&j) {
                     smallest = reduced;
                     entering = Some(j);
                 }
@@ -228,9 +229,6 @@ impl<'a> Program<'a> {
                 }
             }
             let Some((row, ..)) = leaving else { return Err(failure("unbounded direction")) };
-            if self.basic.contains(&entering) {
-                return Err(failure("a basic column prices out negative"));
-            }
             self.basic[row] = entering;
         }
         Err(failure("too many pivots"))
