@@ -2,6 +2,7 @@
 
 pub mod arithmetic;
 mod basis;
+pub mod batch;
 mod bounds;
 mod closed_form;
 mod dense;
