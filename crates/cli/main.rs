@@ -1,3 +1,45 @@
 //! `msm`: arguments, progress and exit codes. The only code that knows every crate.
 
-fn main() {}
+mod bound;
+mod outcome;
+mod plot;
+mod progress;
+mod report;
+mod run;
+
+use clap::{Parser, Subcommand};
+use outcome::Failure;
+use std::process::ExitCode;
+
+/// A laboratory for filterable shadow maps: moment bounds, certified and measured.
+#[derive(Parser)]
+#[command(name = "msm", version, max_term_width = 110)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+/// One file and one variant per verb.
+#[derive(Subcommand)]
+enum Verb {
+    Bound(bound::Arguments),
+    Run(run::Arguments),
+    Report(report::Arguments),
+}
+
+impl Verb {
+    fn execute(&self) -> Result<(), Failure> {
+        match self {
+            Self::Bound(arguments) => bound::execute(arguments),
+            Self::Run(arguments) => run::execute(arguments),
+            Self::Report(arguments) => report::execute(arguments),
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    match Arguments::try_parse() {
+        Ok(arguments) => outcome::exit_code(arguments.verb.execute()),
+        Err(error) => outcome::usage(&error),
+    }
+}

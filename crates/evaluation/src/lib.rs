@@ -1,1 +1,25 @@
 //! Experiments as data: trials, records, provenance.
+//!
+//! An [`Experiment`] is a TOML file that opens with a question and an expectation; running it creates a
+//! [`RunDirectory`] with the resolved experiment, its records, raw timings and where they come from. Records depend on
+//! the seed and the inputs only. Drawing is the business of `report`.
+
+mod bounds;
+mod error;
+mod experiment;
+mod kernel;
+mod method;
+mod provenance;
+mod run;
+mod run_directory;
+
+pub use bounds::{
+    BoundsExperiment, BoundsRecord, BoundsSample, Figure, KernelRecord, Mark, Technique, Timing,
+};
+pub use error::EvaluationError;
+pub use experiment::{Experiment, Kind, Scale};
+pub use kernel::{Kernel, Region, Surface, uniform_distribution};
+pub use method::{Domain, Method, Solver, method};
+pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
+pub use run::{Progress, Run, RunOptions};
+pub use run_directory::{RecordedFile, RunDirectory, write_whole};

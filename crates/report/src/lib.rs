@@ -1,1 +1,12 @@
 //! Charts and pages as a pure function of recorded files.
+
+mod bound_chart;
+mod bounds_figures;
+mod bounds_summary;
+mod canvas;
+mod error;
+mod run_report;
+
+pub use bound_chart::{BoundChart, BoundCurve};
+pub use error::ReportError;
+pub use run_report::{files, write};

@@ -1,0 +1,224 @@
+//! `msm bound`: sharp bounds for one moment vector and one fragment depth, with their proof.
+
+use crate::outcome::{Failure, Output};
+use crate::plot;
+use anyhow::{Context, anyhow};
+use clap::{ArgGroup, ValueEnum};
+use evaluation::{Domain, Solver, method};
+use moment_problem::{Basis, Bounds, DepthDistribution, LowerBound, MomentError};
+use serde::Serialize;
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// Bound the shadow intensity F(z_f) = Z(z < z_f) that moments leave possible.
+#[derive(clap::Args)]
+#[command(group = ArgGroup::new("input").required(true).multiple(false).args(["atoms", "moments"]))]
+pub struct Arguments {
+    /// power:M, trig:N, or formulas in z separated by commas, such as "z,z^2,exp(-2z)".
+    #[arg(long, value_parser = parse_basis, allow_hyphen_values = true)]
+    basis: Basis,
+    /// Admissible depths: unit is [0, 1], real the whole line.
+    #[arg(long, value_enum, default_value = "unit")]
+    interval: IntervalName,
+    /// The depths in the filter kernel and their weights, as depth:weight separated by commas.
+    #[arg(long, allow_hyphen_values = true)]
+    atoms: Option<String>,
+    /// The filtered moments, the means of b_1 to b_m, separated by commas.
+    #[arg(long, allow_hyphen_values = true, value_name = "B1,B2,..")]
+    moments: Option<String>,
+    /// Depth z_f of the fragment to be shaded.
+    #[arg(long, allow_hyphen_values = true)]
+    depth: f64,
+    /// lp: MSM15 Algorithm 1; fast: certified exchange simplex on [0, 1]; closed: the closed form. Without this,
+    /// closed where it exists, else fast.
+    #[arg(long, value_enum)]
+    solver: Option<SolverName>,
+    /// Write an SVG of the bounds at all fragment depths; with --atoms also F and, for comparison, power:2 and power:4
+    /// on the line, power:4 and trig:2 on [0, 1].
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum IntervalName {
+    Real,
+    Unit,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum SolverName {
+    Lp,
+    Fast,
+    Closed,
+}
+
+impl From<SolverName> for Solver {
+    fn from(name: SolverName) -> Self {
+        match name {
+            SolverName::Lp => Self::Lp,
+            SolverName::Fast => Self::Fast,
+            SolverName::Closed => Self::Closed,
+        }
+    }
+}
+
+fn parse_basis(text: &str) -> Result<Basis, String> {
+    text.parse::<Basis>().map_err(|error| error.to_string())
+}
+
+/// What is known about the depths in the kernel.
+pub enum Input {
+    Atoms(DepthDistribution),
+    Moments(Vec<f64>),
+}
+
+impl Input {
+    fn parse(arguments: &Arguments) -> Result<Self, Failure> {
+        match (&arguments.atoms, &arguments.moments) {
+            (Some(text), _) => Ok(Self::Atoms(parse_atoms(text)?)),
+            (None, Some(text)) => {
+                let moments = text.split(',').map(|number| parse_number(number, "--moments"));
+                Ok(Self::Moments(moments.collect::<Result<_, _>>()?))
+            }
+            (None, None) => Err(Failure::Input(anyhow!("give --atoms or --moments"))),
+        }
+    }
+
+    /// Bounds at z_f.
+    pub fn bounds(&self, method: &dyn LowerBound, z_f: f64) -> Result<Bounds, MomentError> {
+        match self {
+            Self::Atoms(z) => method.bounds_of(z, z_f),
+            Self::Moments(moments) => method.bounds(moments, z_f),
+        }
+    }
+
+    fn failure(&self, error: MomentError) -> Failure {
+        let known = matches!(self, Self::Atoms(_));
+        match error {
+            MomentError::Uncertified { .. } | MomentError::Solver { .. } => Failure::Failed(error.into()),
+            // A distribution that exists has moments; not recognising them is a fault of the method.
+            MomentError::Infeasible { .. } | MomentError::NotPositiveDefinite { .. } if known => {
+                Failure::Failed(error.into())
+            }
+            _ => Failure::Input(error.into()),
+        }
+    }
+}
+
+fn parse_number(text: &str, option: &str) -> Result<f64, Failure> {
+    let number = text.trim().parse::<f64>();
+    number.map_err(|_| Failure::Input(anyhow!("`{}` in {option} is not a number", text.trim())))
+}
+
+fn parse_atoms(text: &str) -> Result<DepthDistribution, Failure> {
+    if text.trim().is_empty() {
+        return Err(Failure::Input(anyhow!("--atoms is empty: a distribution needs at least one atom")));
+    }
+    let mut depths = Vec::new();
+    let mut weights = Vec::new();
+    for atom in text.split(',') {
+        let (depth, weight) = atom.split_once(':').ok_or_else(|| {
+            Failure::Input(anyhow!("`{}` in --atoms is not of the form depth:weight", atom.trim()))
+        })?;
+        depths.push(parse_number(depth, "--atoms")?);
+        weights.push(parse_number(weight, "--atoms")?);
+    }
+    DepthDistribution::new(&depths, &weights).context("--atoms").map_err(Failure::Input)
+}
+
+/// The result as recorded in JSON.
+#[derive(Serialize)]
+struct Answer {
+    lower: f64,
+    upper: f64,
+    lower_proved: f64,
+    upper_proved: f64,
+    support: Vec<f64>,
+    weights: Vec<f64>,
+    solver: &'static str,
+    basis: String,
+    interval: Domain,
+    depth: f64,
+    worst_slack: f64,
+    /// PCF: mass strictly before z_f, if the distribution is known.
+    #[serde(rename = "F", skip_serializing_if = "Option::is_none")]
+    mass_before: Option<f64>,
+    /// Mass up to and including z_f, if the distribution is known.
+    #[serde(rename = "F_le", skip_serializing_if = "Option::is_none")]
+    mass_up_to: Option<f64>,
+}
+
+/// Computes, prints.
+pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let input = Input::parse(arguments)?;
+    let domain = match arguments.interval {
+        IntervalName::Real => Domain::Real,
+        IntervalName::Unit => Domain::Unit,
+    };
+    let basis = &arguments.basis;
+    let method =
+        method(basis, domain, arguments.solver.map(Solver::from)).map_err(|error| input.failure(error))?;
+    let z_f = arguments.depth;
+    let bounds = input.bounds(method.as_ref(), z_f).map_err(|error| input.failure(error))?;
+    if let Some(path) = &arguments.plot {
+        plot::write(path, &input, &method, domain, z_f, &bounds)?;
+    }
+    let (mass_before, mass_up_to) = match &input {
+        Input::Atoms(z) => (Some(z.cdf(z_f)), Some(z.cdf_inclusive(z_f))),
+        Input::Moments(_) => (None, None),
+    };
+    let gap = bounds.gap().max(0.0);
+    let answer = Answer {
+        // Adding zero turns a negative zero into zero.
+        lower: bounds.lower + 0.0,
+        upper: bounds.upper,
+        lower_proved: bounds.certificate.lower_proved,
+        upper_proved: bounds.certificate.upper_proved,
+        support: bounds.support,
+        weights: bounds.weights,
+        solver: method.name(),
+        basis: basis.to_string(),
+        interval: domain,
+        depth: z_f,
+        worst_slack: bounds.certificate.worst_slack,
+        mass_before,
+        mass_up_to,
+    };
+    arguments.output.emit(&answer, |out| write_table(out, &answer, gap))
+}
+
+fn write_table(out: &mut dyn Write, answer: &Answer, gap: f64) -> io::Result<()> {
+    writeln!(out, "basis    {} on {}", answer.basis, answer.interval)?;
+    writeln!(out, "method   {}", answer.solver)?;
+    writeln!(out, "z_f      {}", answer.depth)?;
+    writeln!(out)?;
+    writeln!(out, "                            attained          proved")?;
+    // What is printed must be proved too: round it to the safe side.
+    let lower_proved = (answer.lower_proved * 1e12).floor() / 1e12;
+    let upper_proved = (answer.upper_proved * 1e12).ceil() / 1e12;
+    writeln!(out, "  lower bound of Z(z < z_f)  {:<16.12}  {lower_proved:.12}", answer.lower)?;
+    writeln!(out, "  upper bound of Z(z <= z_f) {:<16.12}  {upper_proved:.12}", answer.upper)?;
+    if let (Some(before), Some(up_to)) = (answer.mass_before, answer.mass_up_to) {
+        writeln!(out, "  F = Z(z < z_f), by PCF     {before:.12}")?;
+        writeln!(out, "      Z(z <= z_f)            {up_to:.12}")?;
+    }
+    writeln!(out, "  certificate gap {gap:.1e}, worst dual slack {:.1e}", answer.worst_slack)?;
+    writeln!(out)?;
+    writeln!(out, "  a distribution with these moments that attains the lower bound")?;
+    writeln!(out, "  depth             weight")?;
+    for (&z, &weight) in answer.support.iter().zip(&answer.weights) {
+        let side = match z.total_cmp(&answer.depth) {
+            std::cmp::Ordering::Less => "before z_f",
+            std::cmp::Ordering::Equal => "at z_f",
+            std::cmp::Ordering::Greater => "behind z_f",
+        };
+        writeln!(out, "  {z:<16.12}  {weight:<14.12}  {side}")?;
+    }
+    let missing = 1.0 - answer.weights.iter().sum::<f64>();
+    if missing > 1e-9 {
+        writeln!(out, "  -infinity         {missing:<14.12}  in the limit")?;
+    }
+    Ok(())
+}

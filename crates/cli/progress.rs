@@ -1,0 +1,57 @@
+//! Progress on standard error, silent where that is no terminal.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use std::time::{Duration, Instant};
+
+/// Work that is over sooner than this shows no bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// A progress bar that appears after a second.
+pub struct Bar {
+    bar: ProgressBar,
+    begin: Instant,
+}
+
+impl Bar {
+    /// A bar that is not shown yet.
+    pub fn new(what: &'static str) -> Self {
+        let style = ProgressStyle::with_template("{msg} [{bar:40}] {pos}/{len} ({eta} left)");
+        let bar = ProgressBar::new(0).with_message(what);
+        bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
+        Self {
+            bar: bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())),
+            begin: Instant::now(),
+        }
+    }
+
+    /// More work has turned up.
+    pub fn expect(&self, more: usize) {
+        self.bar.inc_length(more as u64);
+    }
+
+    /// One more is done.
+    pub fn advance(&self) {
+        self.bar.inc(1);
+        self.appear();
+    }
+
+    /// So many of so many are done.
+    pub fn set(&self, done: usize, total: usize) {
+        self.bar.set_length(total as u64);
+        // Threads report out of order.
+        self.bar.set_position(self.bar.position().max(done as u64));
+        self.appear();
+    }
+
+    fn appear(&self) {
+        if self.bar.is_hidden() && self.begin.elapsed() > PATIENCE {
+            // indicatif keeps it hidden where standard error is no terminal.
+            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        }
+    }
+
+    /// Removes the bar.
+    pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}

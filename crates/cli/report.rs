@@ -1,0 +1,37 @@
+//! `msm report`: figures and pages of recorded runs, from their files alone.
+
+use crate::outcome::{Failure, Output};
+use crate::run::failure;
+use ::report::ReportError;
+use evaluation::RunDirectory;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Draw the figures and write the page of recorded runs.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// Directories that `msm run` wrote.
+    #[arg(required = true, value_name = "RUN_DIR")]
+    runs: Vec<PathBuf>,
+    #[command(flatten)]
+    output: Output,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    written: Vec<String>,
+}
+
+/// Reads, draws, writes.
+pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let mut answer = Answer { written: Vec::new() };
+    for path in &arguments.runs {
+        let run = RunDirectory::open(path).map_err(failure)?;
+        let files = ::report::write(&run).map_err(|error| match error {
+            ReportError::Records(error) => failure(error),
+            other => Failure::Failed(other.into()),
+        })?;
+        answer.written.extend(files.iter().map(|file| run.path().join(&file.name).display().to_string()));
+    }
+    arguments.output.emit(&answer, |out| answer.written.iter().try_for_each(|file| writeln!(out, "{file}")))
+}

@@ -1,0 +1,120 @@
+//! `msm run`: an experiment becomes a run directory with records, figures and a page.
+
+use crate::outcome::{Failure, Output};
+use crate::progress::Bar;
+use clap::ValueEnum;
+use evaluation::{Build, EvaluationError, Experiment, RunOptions, Scale};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Run an experiment and record it.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// The experiment.
+    #[arg(value_name = "EXPERIMENT.toml")]
+    experiment: PathBuf,
+    /// How much of it.
+    #[arg(long, value_enum, default_value = "quick")]
+    scale: ScaleName,
+    /// Where EXPERIMENT/RUN/ is created; an existing run is never overwritten.
+    #[arg(long, value_name = "DIR", default_value = "results")]
+    out: PathBuf,
+    /// Seed in place of the experiment's own.
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Worker threads; without this one per logical core. The records do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+    #[command(flatten)]
+    output: Output,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ScaleName {
+    Smoke,
+    Quick,
+    Paper,
+}
+
+impl From<ScaleName> for Scale {
+    fn from(name: ScaleName) -> Self {
+        match name {
+            ScaleName::Smoke => Self::Smoke,
+            ScaleName::Quick => Self::Quick,
+            ScaleName::Paper => Self::Paper,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Answer {
+    experiment: String,
+    scale: Scale,
+    trials: usize,
+    failed: usize,
+    directory: String,
+    files: Vec<String>,
+}
+
+/// Runs, records, draws.
+pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let scale = Scale::from(arguments.scale);
+    let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed).map_err(failure)?;
+    let bar = Bar::new("trials");
+    let progress = |done: usize, total: usize| bar.set(done, total);
+    let options = RunOptions {
+        results: &arguments.out,
+        scale,
+        threads: arguments.threads,
+        build: build(),
+        command: command_line(),
+        progress: &progress,
+    };
+    let run = experiment.run(&options).map_err(failure)?;
+    bar.finish();
+    let written = ::report::write(&run.directory).map_err(anyhow::Error::from)?;
+    let answer = Answer {
+        experiment: experiment.name,
+        scale,
+        trials: run.trials,
+        failed: run.failed,
+        directory: run.directory.path().display().to_string(),
+        files: written.into_iter().map(|file| file.name).collect(),
+    };
+    arguments.output.emit(&answer, |out| {
+        writeln!(
+            out,
+            "{} trials, {} failed, recorded in {}",
+            answer.trials, answer.failed, answer.directory
+        )?;
+        answer.files.iter().try_for_each(|file| writeln!(out, "  {file}"))
+    })
+}
+
+/// Sorts errors by whose fault they are.
+pub fn failure(error: EvaluationError) -> Failure {
+    if error.is_input() { Failure::Input(error.into()) } else { Failure::Failed(error.into()) }
+}
+
+fn build() -> Build {
+    Build {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        commit: env!("MSM_COMMIT").to_owned(),
+        dirty: env!("MSM_DIRTY").to_owned(),
+        rustc: env!("MSM_RUSTC").to_owned(),
+    }
+}
+
+/// The command as it would be typed, without the path of the binary.
+fn command_line() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
+    let words = std::env::args_os().skip(1).map(|word| {
+        let word = word.to_string_lossy().into_owned();
+        if !word.is_empty() && word.chars().all(plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', r"'\''"))
+        }
+    });
+    ["msm".to_owned()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,136 @@
+//! Reading `experiments/*.toml`: a question, an expectation, the trials as data, and overrides per scale.
+
+use crate::bounds::BoundsExperiment;
+use crate::error::EvaluationError;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::Path;
+use toml::{Table, Value};
+
+/// How much of an experiment is run. The file's own values hold where `[scale.NAME]` says nothing.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// Seconds: does everything still work?
+    Smoke,
+    /// Minutes on two cores: do the results still hold?
+    #[default]
+    Quick,
+    /// As large as the publication's.
+    Paper,
+}
+
+impl Scale {
+    /// All scales, ascending.
+    pub const ALL: [Self; 3] = [Self::Smoke, Self::Quick, Self::Paper];
+}
+
+impl fmt::Display for Scale {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Smoke => "smoke",
+            Self::Quick => "quick",
+            Self::Paper => "paper",
+        })
+    }
+}
+
+/// An experiment, ready to run.
+#[derive(Clone, Debug)]
+pub struct Experiment {
+    /// Name: the file's stem, and the directory under `results/`.
+    pub name: String,
+    /// The file's text, for its hash.
+    pub source: String,
+    /// Resolved at one scale; can be read again.
+    pub resolved: Table,
+    /// What is to be done.
+    pub kind: Kind,
+}
+
+/// One variant per `kind` of experiment.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// Bounds over all fragment depths for given kernels and bases.
+    Bounds(BoundsExperiment),
+}
+
+impl Kind {
+    fn from_table(mut table: Table) -> Result<Self, String> {
+        let Some(kind) = table.remove("kind") else { return Err("key `kind` is missing".to_owned()) };
+        match kind.as_str() {
+            Some("bounds") => {
+                let experiment: BoundsExperiment = table.try_into().map_err(|error| one_line(&error))?;
+                experiment.check().map_err(|error| error.to_string())?;
+                Ok(Self::Bounds(experiment))
+            }
+            _ => Err(format!("kind = {kind} is unknown (known: \"bounds\")")),
+        }
+    }
+}
+
+impl Experiment {
+    /// Reads a file and resolves it at one scale. The other scales are checked too: a mistake in `[scale.paper]`
+    /// shows at once and not after an hour.
+    pub fn read(path: &Path, scale: Scale, seed: Option<u64>) -> Result<Self, EvaluationError> {
+        let fail = |reason: String| EvaluationError::Input { path: path.to_owned(), reason };
+        let source = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
+        let mut table: Table = toml::from_str(&source).map_err(|error| fail(located(&source, &error)))?;
+        let mut overrides = match table.remove("scale") {
+            None => Table::new(),
+            Some(Value::Table(scales)) => scales,
+            Some(other) => return Err(fail(format!("scale = {other} is not a table"))),
+        };
+        let mut resolved = None;
+        for candidate in Scale::ALL {
+            let mut merged = table.clone();
+            match overrides.remove(&candidate.to_string()) {
+                None => {}
+                Some(Value::Table(changes)) => merge(&mut merged, changes),
+                Some(other) => return Err(fail(format!("scale.{candidate} = {other} is not a table"))),
+            }
+            if let Some(seed) = seed {
+                let seed = i64::try_from(seed).map_err(|_| fail(format!("seed {seed} exceeds 2^63 - 1")))?;
+                merged.insert("seed".to_owned(), Value::Integer(seed));
+            }
+            let kind = Kind::from_table(merged.clone())
+                .map_err(|reason| fail(format!("{reason} (scale {candidate})")))?;
+            if candidate == scale {
+                resolved = Some((merged, kind));
+            }
+        }
+        if let Some(unknown) = overrides.keys().next() {
+            return Err(fail(format!("unknown scale `{unknown}` (known: smoke, quick, paper)")));
+        }
+        let Some((resolved, kind)) = resolved else { return Err(fail(format!("scale {scale} is missing"))) };
+        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        Ok(Self { name, source, resolved, kind })
+    }
+}
+
+/// Overrides single keys; tables are merged, arrays replaced.
+fn merge(base: &mut Table, changes: Table) {
+    for (key, change) in changes {
+        match (base.get_mut(&key), change) {
+            (Some(Value::Table(inner)), Value::Table(changes)) => merge(inner, changes),
+            (_, change) => {
+                base.insert(key, change);
+            }
+        }
+    }
+}
+
+/// The message with the line it is about.
+fn located(source: &str, error: &toml::de::Error) -> String {
+    match error.span() {
+        Some(span) => {
+            let line = source[..span.start.min(source.len())].matches('\n').count() + 1;
+            format!("line {line}: {}", error.message())
+        }
+        None => one_line(error),
+    }
+}
+
+fn one_line(error: &toml::de::Error) -> String {
+    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,121 @@
+//! `results/<experiment>/<run>/`: created once, never overwritten.
+
+use crate::error::EvaluationError;
+use crate::provenance::Provenance;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// A recorded file: its name and bytes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RecordedFile {
+    /// File name within the run directory.
+    pub name: String,
+    /// Contents.
+    pub bytes: Vec<u8>,
+}
+
+impl RecordedFile {
+    /// Rows as CSV with a header.
+    pub fn csv<R: Serialize>(name: &str, rows: &[R]) -> Result<Self, EvaluationError> {
+        let fail = |reason: String| EvaluationError::Table { table: name.to_owned(), reason };
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        for row in rows {
+            writer.serialize(row).map_err(|error| fail(error.to_string()))?;
+        }
+        let bytes = writer.into_inner().map_err(|error| fail(error.to_string()))?;
+        Ok(Self { name: name.to_owned(), bytes })
+    }
+}
+
+/// An existing run directory.
+#[derive(Clone, Debug)]
+pub struct RunDirectory {
+    path: PathBuf,
+}
+
+impl RunDirectory {
+    /// Creates `root/experiment/run`. A name that is taken gets a number behind it.
+    pub fn create(root: &Path, experiment: &str, run: &str) -> Result<Self, EvaluationError> {
+        let parent = root.join(experiment);
+        let fail = |path: &Path, source| EvaluationError::Write { path: path.to_owned(), source };
+        std::fs::create_dir_all(&parent).map_err(|error| fail(&parent, error))?;
+        let mut path = parent.join(run);
+        let mut number = 2;
+        loop {
+            match std::fs::create_dir(&path) {
+                Ok(()) => return Ok(Self { path }),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+                    path = parent.join(format!("{run}-{number}"));
+                    number += 1;
+                }
+                Err(error) => return Err(fail(&path, error)),
+            }
+        }
+    }
+
+    /// Takes back a directory in which nothing was recorded.
+    pub(crate) fn remove_if_empty(&self) {
+        // Whoever put something in there wants to keep it.
+        let _ = std::fs::remove_dir(&self.path);
+    }
+
+    /// Opens a directory that a run has written.
+    pub fn open(path: &Path) -> Result<Self, EvaluationError> {
+        let provenance = path.join("provenance.json");
+        if provenance.is_file() {
+            return Ok(Self { path: path.to_owned() });
+        }
+        let reason = "is not a run directory (it has no provenance.json)".to_owned();
+        Err(EvaluationError::Input { path: path.to_owned(), reason })
+    }
+
+    /// Its path.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes a file whole or not at all: to a temporary name first, then renamed.
+    pub fn write(&self, name: &str, bytes: &[u8]) -> Result<(), EvaluationError> {
+        write_whole(&self.path.join(name), bytes)
+    }
+
+    /// The provenance of the run.
+    pub fn provenance(&self) -> Result<Provenance, EvaluationError> {
+        let (path, bytes) = self.read("provenance.json")?;
+        serde_json::from_slice(&bytes)
+            .map_err(|error| EvaluationError::Input { path, reason: error.to_string() })
+    }
+
+    /// The rows of a CSV file.
+    pub fn rows<R: DeserializeOwned>(&self, name: &str) -> Result<Vec<R>, EvaluationError> {
+        let (path, bytes) = self.read(name)?;
+        let rows: Result<Vec<R>, _> = csv::Reader::from_reader(bytes.as_slice()).deserialize().collect();
+        rows.map_err(|error| EvaluationError::Input { path, reason: error.to_string() })
+    }
+
+    fn read(&self, name: &str) -> Result<(PathBuf, Vec<u8>), EvaluationError> {
+        let path = self.path.join(name);
+        match std::fs::read(&path) {
+            Ok(bytes) => Ok((path, bytes)),
+            Err(error) => Err(EvaluationError::Input { path, reason: error.to_string() }),
+        }
+    }
+}
+
+/// Writes a file under a temporary name in the same directory, then renames it: no partial file is ever seen.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), EvaluationError> {
+    let fail = |source| EvaluationError::Write { path: path.to_owned(), source };
+    let name = path.file_name().ok_or_else(|| fail(io::Error::other("not a file name")))?;
+    let mut temporary_name = std::ffi::OsString::from(".");
+    temporary_name.push(name);
+    temporary_name.push(format!(".{}.partial", std::process::id()));
+    let temporary = path.with_file_name(temporary_name);
+    let written = std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
+    written.map_err(|source| {
+        // Nothing to clean up if the temporary file could not even be created.
+        let _ = std::fs::remove_file(&temporary);
+        fail(source)
+    })
+}

@@ -1,0 +1,280 @@
+//! Shared drawing: an SVG canvas, colours that the colour-blind can tell apart, charts of distribution functions.
+
+use crate::error::ReportError;
+use moment_problem::DepthDistribution;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+/// A rectangle of the canvas.
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Whether drawing went well; the library has many error types.
+pub(crate) type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
+
+/// The drawing library rounds to whole units: draw with finer ones.
+pub(crate) const FINE: u32 = 4;
+
+/// Okabe and Ito's palette.
+pub(crate) const BLACK: RGBColor = RGBColor(0, 0, 0);
+pub(crate) const VERMILLION: RGBColor = RGBColor(213, 94, 0);
+pub(crate) const SKY_BLUE: RGBColor = RGBColor(86, 180, 233);
+pub(crate) const GREEN: RGBColor = RGBColor(0, 158, 115);
+pub(crate) const PURPLE: RGBColor = RGBColor(204, 121, 167);
+pub(crate) const BLUE: RGBColor = RGBColor(0, 114, 178);
+pub(crate) const ORANGE: RGBColor = RGBColor(230, 159, 0);
+
+/// Colours of curves in the order of their techniques.
+pub(crate) const CURVE_COLOURS: [RGBColor; 6] = [VERMILLION, SKY_BLUE, GREEN, PURPLE, BLUE, ORANGE];
+
+const GRID: RGBColor = RGBColor(225, 225, 225);
+const RUG: RGBColor = RGBColor(90, 90, 90);
+
+/// Up to this many jumps of F are drawn with dots that show on which side F is continuous.
+const FEW_JUMPS: usize = 12;
+
+/// Draws `width` x `height` pixels.
+pub(crate) fn svg(
+    figure: &str,
+    (width, height): (u32, u32),
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<String, ReportError> {
+    let mut text = String::new();
+    let fine = (width * FINE, height * FINE);
+    {
+        let root = SVGBackend::with_string(&mut text, fine).into_drawing_area();
+        let drawn = root.fill(&WHITE).map_err(Into::into).and_then(|()| draw(&root));
+        let presented = drawn.and_then(|()| root.present().map_err(Into::into));
+        presented
+            .map_err(|error| ReportError::Drawing { figure: figure.to_owned(), reason: error.to_string() })?;
+    }
+    let size = |(width, height)| format!("width=\"{width}\" height=\"{height}\" viewBox");
+    Ok(text.replacen(&size(fine), &size((width, height)), 1))
+}
+
+/// Sans-serif text of so many pixels.
+pub(crate) fn font(pixels: u32) -> TextStyle<'static> {
+    /// The SVG backend divides by this.
+    const BACKEND: f64 = 1.24;
+    FontDesc::new(FontFamily::SansSerif, BACKEND * f64::from(pixels * FINE), FontStyle::Normal).into()
+}
+
+/// Text with its anchor in the middle of the given side.
+pub(crate) fn anchored(pixels: u32, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+    font(pixels).pos(Pos::new(horizontal, vertical))
+}
+
+/// A polyline in a chart; it is interrupted where there is no value.
+pub(crate) struct Curve {
+    pub(crate) points: Vec<(f64, Option<f64>)>,
+    pub(crate) stroke: Stroke,
+}
+
+/// How a curve looks, in the chart and in the legend.
+#[derive(Clone, Copy)]
+pub(crate) struct Stroke {
+    pub(crate) colour: RGBColor,
+    /// In units of the finer canvas.
+    pub(crate) width: u32,
+    pub(crate) dashed: bool,
+}
+
+impl Stroke {
+    fn style(self) -> ShapeStyle {
+        ShapeStyle { color: self.colour.to_rgba(), filled: false, stroke_width: self.width }
+    }
+}
+
+/// An arrow at a fragment depth.
+pub(crate) struct Arrow {
+    pub(crate) depth: f64,
+    /// Height of its tip.
+    pub(crate) tip: f64,
+    pub(crate) colour: RGBColor,
+    pub(crate) text: String,
+}
+
+/// A chart of distribution functions over the fragment depth.
+pub(crate) struct Chart<'a> {
+    pub(crate) title: String,
+    pub(crate) depths: (f64, f64),
+    pub(crate) x_label: &'static str,
+    pub(crate) y_label: &'static str,
+    /// F, drawn as steps.
+    pub(crate) distribution: Option<&'a DepthDistribution>,
+    /// Whether its depths are shown as ticks below zero.
+    pub(crate) rug: bool,
+    /// Later curves cover earlier ones.
+    pub(crate) curves: Vec<Curve>,
+    pub(crate) arrows: Vec<Arrow>,
+}
+
+pub(crate) const F_STROKE: Stroke = Stroke { colour: BLACK, width: 7, dashed: false };
+
+/// Room above 1 for one row of arrow texts.
+const ARROW_ROW: f64 = 0.1;
+
+impl Chart<'_> {
+    pub(crate) fn draw(&self, area: &Area<'_>) -> Drawn {
+        let shafts = if self.arrows.is_empty() { 0.0 } else { 0.06 };
+        let top = 1.04 + shafts + ARROW_ROW * self.arrows.len() as f64;
+        let mut builder = ChartBuilder::on(area);
+        builder.margin_left(6 * FINE).margin_top(6 * FINE).margin_right(12 * FINE);
+        builder.x_label_area_size(if self.x_label.is_empty() { 22 * FINE } else { 42 * FINE });
+        builder.y_label_area_size(if self.y_label.is_empty() { 34 * FINE } else { 54 * FINE });
+        if !self.title.is_empty() {
+            builder.caption(&self.title, font(13));
+        }
+        let mut chart = builder.build_cartesian_2d(self.depths.0..self.depths.1, -0.06..top)?;
+        let number = |value: &f64| format!("{:.1}", value + 0.0);
+        // Above 1 there is room for arrows only.
+        let intensity = |value: &f64| if *value < 1.01 { number(value) } else { String::new() };
+        let mut mesh = chart.configure_mesh();
+        mesh.light_line_style(TRANSPARENT)
+            .bold_line_style(GRID.stroke_width(2))
+            .axis_style(RUG.stroke_width(3));
+        mesh.x_labels(6)
+            .y_labels(if self.arrows.is_empty() { 6 } else { 9 })
+            .x_label_formatter(&number)
+            .y_label_formatter(&intensity);
+        mesh.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
+        if !self.x_label.is_empty() {
+            mesh.x_desc(self.x_label);
+        }
+        if !self.y_label.is_empty() {
+            mesh.y_desc(self.y_label);
+        }
+        mesh.draw()?;
+        if let Some(z) = self.distribution {
+            for &depth in z.depths().iter().filter(|_| self.rug) {
+                let tick = PathElement::new([(depth, -0.055), (depth, -0.02)], RUG.stroke_width(3));
+                chart.draw_series([tick])?;
+            }
+            chart.draw_series([PathElement::new(steps(z, self.depths), F_STROKE.style())])?;
+            if z.depths().len() <= FEW_JUMPS {
+                for &depth in z.depths() {
+                    // F(depth) does not contain the mass at this depth: F is continuous from the left.
+                    let radius = 3 * FINE;
+                    let (below, above) = ((depth, z.cdf(depth)), (depth, z.cdf_inclusive(depth)));
+                    chart.draw_series([
+                        Circle::new(below, radius, BLACK.filled()),
+                        Circle::new(above, radius, WHITE.filled()),
+                    ])?;
+                    chart.draw_series([Circle::new(above, radius, F_STROKE.style())])?;
+                }
+            }
+        }
+        for curve in &self.curves {
+            for piece in curve.points.split(|(_, value)| value.is_none()) {
+                let points = thinned(piece.iter().filter_map(|&(z, value)| Some((z, value?))));
+                if curve.stroke.dashed {
+                    let dashes = DashedLineSeries::new(points, 5 * FINE, 4 * FINE, curve.stroke.style());
+                    chart.draw_series(dashes)?;
+                } else {
+                    chart.draw_series([PathElement::new(points, curve.stroke.style())])?;
+                }
+            }
+        }
+        for (i, arrow) in self.arrows.iter().enumerate() {
+            let height = top - ARROW_ROW * (i as f64 + 0.8);
+            let shaft = PathElement::new(
+                [(arrow.depth, height), (arrow.depth, arrow.tip)],
+                arrow.colour.stroke_width(4),
+            );
+            chart.draw_series([shaft])?;
+            let head = |dx: i32, dy: i32| (dx * FINE as i32, dy * FINE as i32);
+            let triangle = EmptyElement::at((arrow.depth, arrow.tip))
+                + Polygon::new(vec![head(0, 2), head(-4, -7), head(4, -7)], arrow.colour.filled());
+            chart.draw_series([triangle])?;
+            let style = anchored(11, HPos::Center, VPos::Bottom).color(&arrow.colour);
+            chart.draw_series([Text::new(arrow.text.clone(), (arrow.depth, height), style)])?;
+        }
+        Ok(())
+    }
+}
+
+/// F as a polyline over an interval of depths: flat between its depths, upright at each.
+fn steps(z: &DepthDistribution, (first, last): (f64, f64)) -> Vec<(f64, f64)> {
+    let mut points = vec![(first, z.cdf(first))];
+    for &depth in z.depths().iter().filter(|&&depth| first <= depth && depth <= last) {
+        points.extend([(depth, z.cdf(depth)), (depth, z.cdf_inclusive(depth))]);
+    }
+    points.push((last, z.cdf_inclusive(last)));
+    points
+}
+
+/// The polyline without points that a line between kept points meets to a tenth of a pixel.
+fn thinned(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    const TOLERANCE: f64 = 2e-4;
+    let mut kept: Vec<(f64, f64)> = Vec::new();
+    // The last point seen, and the slopes from the last kept point that pass all points since.
+    let mut last = None;
+    let mut slopes = (f64::NEG_INFINITY, f64::INFINITY);
+    for (x, y) in points {
+        if let (Some(&(x0, y0)), Some((x1, y1))) = (kept.last(), last) {
+            let slope = (y - y0) / (x - x0);
+            let (x0, y0) = if (slopes.0..=slopes.1).contains(&slope) {
+                (x0, y0)
+            } else {
+                kept.push((x1, y1));
+                slopes = (f64::NEG_INFINITY, f64::INFINITY);
+                (x1, y1)
+            };
+            slopes.0 = slopes.0.max((y - TOLERANCE - y0) / (x - x0));
+            slopes.1 = slopes.1.min((y + TOLERANCE - y0) / (x - x0));
+            last = Some((x, y));
+        } else if let Some(&(x0, y0)) = kept.last() {
+            slopes = ((y - TOLERANCE - y0) / (x - x0), (y + TOLERANCE - y0) / (x - x0));
+            last = Some((x, y));
+        } else {
+            kept.push((x, y));
+        }
+    }
+    kept.extend(last);
+    kept
+}
+
+/// Draws samples of strokes with their names in columns of equal width.
+pub(crate) fn legend(area: &Area<'_>, entries: &[(Stroke, String)], columns: usize) -> Drawn {
+    let fine = FINE as i32;
+    let column_width = area.dim_in_pixel().0 as i32 / columns as i32;
+    for (i, (stroke, name)) in entries.iter().enumerate() {
+        let x = column_width * (i % columns) as i32 + 14 * fine;
+        let y = (i / columns) as i32 * LEGEND_ROW as i32 * fine + 10 * fine;
+        let pieces: &[(i32, i32)] = if stroke.dashed { &[(0, 5), (9, 14), (18, 23)] } else { &[(0, 24)] };
+        for &(from, to) in pieces {
+            area.draw(&PathElement::new([(x + from * fine, y), (x + to * fine, y)], stroke.style()))?;
+        }
+        area.draw(&Text::new(name.clone(), (x + 30 * fine, y), anchored(12, HPos::Left, VPos::Center)))?;
+    }
+    Ok(())
+}
+
+/// Height of one row of a legend in pixels.
+pub(crate) const LEGEND_ROW: u32 = 18;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn f_rises_at_its_depths_and_nowhere_else() {
+        let z = DepthDistribution::new(&[0.25, 0.5], &[0.5, 0.5]).unwrap();
+        let expected = [(0.0, 0.0), (0.25, 0.0), (0.25, 0.5), (0.5, 0.5), (0.5, 1.0), (1.0, 1.0)];
+        assert_eq!(steps(&z, (0.0, 1.0)), expected);
+    }
+
+    #[test]
+    fn thinning_keeps_corners() {
+        let arc: Vec<(f64, f64)> = (0..=100).map(|i| f64::from(i) / 100.0).map(|x| (x, x * x)).collect();
+        let kept = thinned(arc.iter().copied());
+        assert!(kept.len() < 60, "{}", kept.len());
+        for (x, y) in arc {
+            let after = kept.iter().position(|&(kept, _)| kept >= x).unwrap().max(1);
+            let ((x0, y0), (x1, y1)) = (kept[after - 1], kept[after]);
+            assert!((y0 + (y1 - y0) * (x - x0) / (x1 - x0) - y).abs() < 1e-3);
+        }
+        let points = [(0.0, 0.0), (0.1, 0.0), (0.2, 0.0), (0.3, 0.5), (0.4, 1.0), (0.5, 1.0)];
+        assert_eq!(thinned(points.into_iter()), [(0.0, 0.0), (0.2, 0.0), (0.4, 1.0), (0.5, 1.0)]);
+    }
+}

@@ -1,0 +1,124 @@
+//! Figures and page of a run directory.
+
+use crate::bounds_figures;
+use crate::bounds_summary::{Row, Tables, answer};
+use crate::error::ReportError;
+use evaluation::{Experiment, KernelRecord, Kind, Provenance, RecordedFile, RunDirectory, Scale};
+use std::fmt::Write as _;
+
+/// Everything that `msm report` writes into a run directory, computed from its records alone.
+pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
+    let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
+    let Kind::Bounds(bounds) = &experiment.kind;
+    let tables = Tables::read(run)?;
+    let kernels: Vec<KernelRecord> = run.rows("kernels.csv")?;
+    let mut files = Vec::new();
+    for figure in &bounds.figure {
+        let svg = bounds_figures::draw(figure, &tables, &kernels)?;
+        files.push(RecordedFile { name: format!("{}.svg", figure.id), bytes: svg.into_bytes() });
+    }
+    let rows = tables.summary(bounds);
+    let figures: Vec<(&str, &str)> =
+        bounds.figure.iter().map(|f| (f.id.as_str(), f.title.as_str())).collect();
+    let page = Page {
+        question: &bounds.question,
+        expectation: &bounds.expectation,
+        answer: answer(bounds, &tables, &rows),
+        table: table(&rows),
+        figures,
+        provenance: run.provenance()?,
+    };
+    files.push(RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() });
+    Ok(files)
+}
+
+/// Writes [`files`] and returns them.
+pub fn write(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
+    let files = files(run)?;
+    for file in &files {
+        run.write(&file.name, &file.bytes)?;
+    }
+    Ok(files)
+}
+
+struct Page<'a> {
+    question: &'a str,
+    expectation: &'a str,
+    answer: String,
+    table: String,
+    figures: Vec<(&'a str, &'a str)>,
+    provenance: Provenance,
+}
+
+impl Page<'_> {
+    fn markdown(&self) -> String {
+        let mut text = String::new();
+        let mut line = |content: &str| {
+            text.push_str(content);
+            text.push('\n');
+        };
+        line("<!-- Written by `msm report` from the files beside it. -->");
+        line(&format!("**Question.** {}\n", self.question.trim()));
+        line(&format!("**Expected.** {}\n", self.expectation.trim()));
+        line(&format!("**Answer.** {}\n", self.answer));
+        for (id, title) in &self.figures {
+            line(&format!("![{title}]({id}.svg)\n"));
+        }
+        line(&self.table);
+        let p = &self.provenance;
+        let changed = match p.build.dirty.as_str() {
+            "false" => "",
+            "true" => " with uncommitted changes",
+            _ => " (whether it was changed is unknown)",
+        };
+        line("**Reproduce:**\n");
+        let command = p.command.strip_prefix("msm ").unwrap_or(&p.command);
+        line(&format!("```sh\ncargo run --release -- {command}\n```\n"));
+        line(&format!(
+            "msm {} at commit {}{changed}, {}. {} threads on {} ({} logical cores), {}. Started {}, {:.1} s. Seed {}.",
+            p.build.version,
+            p.build.commit,
+            p.build.rustc,
+            p.threads,
+            p.cpu,
+            p.logical_cores,
+            p.os,
+            p.started,
+            p.seconds,
+            p.seed
+        ));
+        for (name, hash) in &p.inputs {
+            line(&format!("SHA-256 of {name}: `{hash}`."));
+        }
+        text
+    }
+}
+
+fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "| figure | kernel | technique | m | mean F - G | largest F - G | worst certificate gap | failed | median time |\n\
+         |---|---|---|--:|--:|--:|--:|--:|--:|\n",
+    );
+    for row in rows {
+        let time = row.median_time_ns.map_or("-".to_owned(), |ns| format!("{:.3} ms", ns / 1e6));
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} | {} | {:.4} | {:.4} | {:.0e} | {} of {} | {time} |",
+            row.figure,
+            row.kernel,
+            row.technique,
+            row.moments,
+            row.mean_distance,
+            row.largest_distance,
+            row.worst_gap,
+            row.failed,
+            row.trials
+        );
+    }
+    text.push_str(
+        "\nF and G are fractions of the kernel's weight, F - G averaged over z_f from 0 to 1 (trapezoidal rule). Time \
+         is for both bounds with their certificate, one thread.\n",
+    );
+    text
+}

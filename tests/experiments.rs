@@ -1,0 +1,143 @@
+//! Every experiment at smoke scale, and what must hold for all of them.
+// Clippy's exemption for tests does not reach the functions that they share.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn msm(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_msm")).args(arguments).output().unwrap()
+}
+
+fn directory(name: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("experiments").join(name);
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+fn experiments() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|e| e == "toml")).collect();
+    files.sort();
+    assert!(!files.is_empty());
+    files
+}
+
+/// Runs at smoke scale and returns the run directory.
+fn smoke(experiment: &Path, out: &Path, more: &[&str]) -> PathBuf {
+    let command = ["run", experiment.to_str().unwrap(), "--scale", "smoke", "--format", "json"];
+    let output = msm(&[&command[..], &["--out", out.to_str().unwrap()], more].concat());
+    assert!(output.status.success(), "{}: {}", experiment.display(), String::from_utf8_lossy(&output.stderr));
+    let answer: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(answer["failed"], 0, "{answer}");
+    PathBuf::from(answer["directory"].as_str().unwrap())
+}
+
+#[test]
+fn every_experiment_runs_at_smoke_scale_without_a_failed_trial() {
+    for experiment in experiments() {
+        let out = directory("smoke");
+        let run = smoke(&experiment, &out, &[]);
+        for file in ["experiment.toml", "provenance.json", "records.csv", "samples.csv", "README.md"] {
+            assert!(run.join(file).is_file(), "{}: {file}", experiment.display());
+        }
+        let mut reader = csv::Reader::from_path(run.join("records.csv")).unwrap();
+        let error = reader.headers().unwrap().iter().position(|name| name == "error").unwrap();
+        let mut rows = 0;
+        for row in reader.records() {
+            let row = row.unwrap();
+            assert_eq!(&row[error], "", "{}: {row:?}", experiment.display());
+            rows += 1;
+        }
+        assert!(rows > 0, "{}", experiment.display());
+    }
+}
+
+#[test]
+fn records_depend_neither_on_threads_nor_on_the_run_and_no_run_is_overwritten() {
+    for experiment in experiments() {
+        let out = directory("threads");
+        let runs: Vec<PathBuf> =
+            ["1", "3", "3"].iter().map(|threads| smoke(&experiment, &out, &["--threads", threads])).collect();
+        assert!(runs[0] != runs[1] && runs[1] != runs[2] && runs[0] != runs[2], "{runs:?}");
+        let records = |run: &PathBuf| std::fs::read(run.join("records.csv")).unwrap();
+        assert!(records(&runs[0]) == records(&runs[1]) && records(&runs[1]) == records(&runs[2]));
+    }
+}
+
+#[test]
+fn another_seed_is_recorded_and_changes_the_rough_kernel() {
+    let bounds = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/bounds.toml");
+    let out = directory("seed");
+    let read = |run: &Path, file: &str| std::fs::read_to_string(run.join(file)).unwrap();
+    let (first, second) = (smoke(&bounds, &out, &["--seed", "1"]), smoke(&bounds, &out, &["--seed", "7"]));
+    assert!(read(&second, "provenance.json").contains("\"seed\": 7"));
+    assert!(read(&second, "experiment.toml").contains("seed = 7"));
+    assert_ne!(read(&first, "records.csv"), read(&second, "records.csv"));
+}
+
+#[test]
+fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
+    let folder = directory("mistakes");
+    let bounds = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/bounds.toml");
+    let text = std::fs::read_to_string(bounds).unwrap();
+    let cases = [
+        ("seed = 1", "seed = 1\nsede = 2", "sede"),
+        ("[scale.paper]\ndepths", "[scale.paper]\ndepth", "unknown field `depth`"),
+        ("[scale.paper]", "[scale.huge]", "huge"),
+        ("kind = \"bounds\"", "kind = \"bonds\"", "bonds"),
+        ("kind = \"bounds\"", "", "kind"),
+        ("question =", "# question =", "line"),
+        ("basis = \"z, z^2\"", "basis = \"sinh(z)\"", "sinh"),
+        ("interval = \"real\"", "interval = \"unit\", solver = \"magic\"", "magic"),
+        ("kernels = [\"two surfaces\"]", "kernels = [\"none\"]", "none"),
+        ("seed = 1", "seed = ", "line"),
+    ];
+    for (i, (old, new, needle)) in cases.into_iter().enumerate() {
+        assert!(text.contains(old), "{old}");
+        let path = folder.join(format!("case-{i}.toml"));
+        std::fs::write(&path, text.replacen(old, new, 1)).unwrap();
+        let out = folder.join("results");
+        let output =
+            msm(&["run", path.to_str().unwrap(), "--scale", "smoke", "--out", out.to_str().unwrap()]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{new}: {message}");
+        assert!(message.contains(needle) && message.contains(&format!("case-{i}.toml")), "{new}: {message}");
+        assert!(!out.exists(), "{new}");
+    }
+}
+
+#[test]
+fn a_run_that_cannot_start_leaves_nothing_behind() {
+    let folder = directory("start");
+    let bounds = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/bounds.toml");
+    let text = std::fs::read_to_string(bounds).unwrap().replace("basis = \"power:2\"", "basis = \"power:3\"");
+    let path = folder.join("odd.toml");
+    std::fs::write(&path, text).unwrap();
+    let run = |out: &Path| {
+        msm(&["run", path.to_str().unwrap(), "--scale", "smoke", "--out", out.to_str().unwrap()])
+    };
+    let output = run(&folder.join("results"));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+    assert!(message.contains("VSM") && message.contains("power:2"), "{message}");
+    assert_eq!(std::fs::read_dir(folder.join("results/odd")).unwrap().count(), 0);
+    // A file where the results should go.
+    let output = run(&path);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!((output.status.code(), message.lines().count()), (Some(1), 1), "{message}");
+    assert!(message.contains("odd.toml"), "{message}");
+}
+
+#[test]
+fn report_rewrites_the_same_files() {
+    let run = smoke(&experiments()[0], &directory("report"), &[]);
+    let page = run.join("README.md");
+    let before = std::fs::read(&page).unwrap();
+    std::fs::remove_file(&page).unwrap();
+    assert!(msm(&["report", run.to_str().unwrap()]).status.success());
+    assert_eq!(before, std::fs::read(&page).unwrap());
+}

@@ -1,0 +1,35 @@
+//! Committed figures and pages are what their records say: each is regenerated and compared byte for byte.
+// Clippy's exemption for tests does not reach the functions that they share.
+#![allow(clippy::unwrap_used)]
+
+use evaluation::RunDirectory;
+use std::path::{Path, PathBuf};
+
+fn folders(path: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path());
+    let mut folders: Vec<PathBuf> = entries.filter(|path| path.is_dir()).collect();
+    folders.sort();
+    folders
+}
+
+#[test]
+fn every_committed_figure_and_page_follows_from_its_records() {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let mut compared = 0;
+    for run in folders(&results).iter().flat_map(|experiment| folders(experiment)) {
+        let files = report::files(&RunDirectory::open(&run).unwrap()).unwrap();
+        for file in &files {
+            let recorded = std::fs::read(run.join(&file.name)).unwrap();
+            assert!(recorded == file.bytes, "{} differs from its records", run.join(&file.name).display());
+            compared += 1;
+        }
+        // A figure that no code draws any more would be compared with nothing.
+        for entry in std::fs::read_dir(&run).unwrap() {
+            let name = entry.unwrap().file_name().into_string().unwrap();
+            if name.ends_with(".svg") {
+                assert!(files.iter().any(|file| file.name == name), "{}", run.join(name).display());
+            }
+        }
+    }
+    assert!(compared > 0, "nothing was compared");
+}
