@@ -20,9 +20,6 @@ const PIVOT_NOISE: f64 = 1e-14;
 /// Support points with less weight than this are left out of dual polynomials: they run to infinity.
 const NODE_WEIGHT: f64 = 1e-26;
 
-/// The pivot floor of [`canonical`] in units of double-double rounding: none beyond the arithmetic's own.
-const FLOOR: f64 = 1.0;
-
 /// Power moments z, ..., z^M on the whole line, M = 2, 4, 6 or 8 (MSM15 Algorithm 2).
 #[derive(Clone, Debug)]
 pub struct Hamburger<const M: usize> {
@@ -91,7 +88,7 @@ impl<const M: usize> LowerBound for Hamburger<M> {
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
         check_input(&self.basis, Interval::Real, moments, z_f)?;
         let array: [DoubleDouble; M] = std::array::from_fn(|i| moments[i]);
-        let solution = canonical(&array, DoubleDouble::from(z_f), FLOOR);
+        let solution = canonical(&array, DoubleDouble::from(z_f));
         if let Some((index, pivot)) = solution.singular {
             let scale = moments[2 * (index - 1) - 1].to_f64().abs();
             if pivot.to_f64() < -PIVOT_NOISE * scale {
@@ -239,9 +236,9 @@ impl Hausdorff4 {
     fn claim(moments: &[DoubleDouble; 4], z_f: f64) -> Claim {
         let fragment = DoubleDouble::from(z_f);
         let pair = hausdorff::hausdorff4(moments, fragment);
-        let support = hausdorff::support(moments, fragment, FLOOR);
-        let points = support.points[..support.count].iter().map(|&(z, w)| (z.to_f64(), w.to_f64())).collect();
-        Claim { lower: pair.lower.to_f64(), upper: pair.upper.to_f64(), support: points }
+        let support = hausdorff::support(moments, fragment);
+        let support = support.into_iter().map(|(z, w)| (z.to_f64(), w.to_f64())).collect();
+        Claim { lower: pair.lower.to_f64(), upper: pair.upper.to_f64(), support }
     }
 }
 

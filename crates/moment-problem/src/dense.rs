@@ -103,10 +103,11 @@ mod tests {
         let factors = Factors::new(3, |i, j| a[i][j]).unwrap();
         let x = factors.solve(&[1.0, 2.0, 3.0]);
         let y = factors.solve_transposed(&[1.0, 2.0, 3.0]);
-        for i in 0..3 {
-            let row: f64 = (0..3).map(|j| a[i][j] * x[j]).sum();
-            let column: f64 = (0..3).map(|j| a[j][i] * y[j]).sum();
-            assert!((row - (i + 1) as f64).abs() < 1e-14 && (column - (i + 1) as f64).abs() < 1e-14);
+        for (i, row) in a.iter().enumerate() {
+            let product: f64 = row.iter().zip(&x).map(|(a, x)| a * x).sum();
+            let transposed: f64 = a.iter().zip(&y).map(|(row, y)| row[i] * y).sum();
+            let expected = (i + 1) as f64;
+            assert!((product - expected).abs() < 1e-14 && (transposed - expected).abs() < 1e-14);
         }
         assert!(Factors::new(2, |_, _| 1.0).is_none());
     }

@@ -74,17 +74,57 @@ pub fn chebyshev<R: Real>(moments: &[R; 2], z_f: R) -> Pair<R> {
 /// Bounds from four power moments: Hamburger 4MSM (MSM15 Algorithm 3 without its bias).
 #[inline(always)]
 pub fn hamburger4<R: Real>(moments: &[R; 4], z_f: R) -> Pair<R> {
+    match solve4(moments, z_f) {
+        Solution4::Regular(points) => points.bounds(),
+        Solution4::Degenerate(pair) => pair,
+    }
+}
+
+/// What four moments say about z_f.
+pub(crate) enum Solution4<R> {
+    /// More than two surfaces: the three points that attain both bounds.
+    Regular(ThreePoints<R>),
+    /// At most two surfaces, which the moments determine.
+    Degenerate(Pair<R>),
+}
+
+/// z_f and z_f + 1 / w_i.
+pub(crate) struct ThreePoints<R> {
+    /// w_1 <= w_2.
+    pub w: [R; 2],
+    at_z_f: R,
+    /// First and second moment about z_f.
+    s: [R; 2],
+}
+
+impl<R: Real> ThreePoints<R> {
+    #[inline(always)]
+    pub(crate) fn bounds(&self) -> Pair<R> {
+        let [w1, w2] = self.w;
+        let lower = if w1 >= R::zero() {
+            R::zero()
+        } else if w2 < R::zero() {
+            R::one() - self.at_z_f
+        } else {
+            front_weight(w1, w2, self.s[0], self.s[1])
+        };
+        Pair::clamped(lower, lower + self.at_z_f)
+    }
+}
+
+#[inline(always)]
+pub(crate) fn solve4<R: Real>(moments: &[R; 4], z_f: R) -> Solution4<R> {
     let [b1, b2, b3, b4] = *moments;
     let (zero, one) = (R::zero(), R::one());
     let d1 = b2 - b1 * b1;
     if d1 <= pivot_floor(b2) {
-        return chebyshev(&[b1, b2], z_f);
+        return Solution4::Degenerate(chebyshev(&[b1, b2], z_f));
     }
     let e = b3 - b1 * b2;
     let l = e / d1;
     let d2 = b4 - b2 * b2 - l * e;
     if d2 <= zero {
-        return degenerate4(moments, z_f, d1, l);
+        return Solution4::Degenerate(degenerate4(moments, z_f, d1, l));
     }
     // P_1 and P_2 at z_f; w-polynomial times d1 d2, so that nothing divides by a small pivot.
     let p1 = z_f - b1;
@@ -93,19 +133,13 @@ pub fn hamburger4<R: Real>(moments: &[R; 4], z_f: R) -> Pair<R> {
     let q0 = d1 * d2 + p1 * p1 * d2 + p2 * p2 * d1;
     let q1 = p1 * d2 + p2 * p2_slope * d1;
     let q2 = p2 * d1;
-    if q0 <= zero {
-        return Pair { lower: zero, upper: one };
-    }
-    let at_z_f = d1 * d2 / q0;
-    let [w1, w2] = roots::quadratic(q1 / q0, q2 / q0);
-    let lower = if w1 >= zero {
-        zero
-    } else if w2 < zero {
-        one - at_z_f
+    // Neither zero nor NaN.
+    if q0 > zero {
+        let w = roots::quadratic(q1 / q0, q2 / q0);
+        Solution4::Regular(ThreePoints { w, at_z_f: d1 * d2 / q0, s: [-p1, d1 + p1 * p1] })
     } else {
-        front_weight(w1, w2, -p1, d1 + p1 * p1)
-    };
-    Pair::clamped(lower, lower + at_z_f)
+        Solution4::Degenerate(Pair { lower: zero, upper: one })
+    }
 }
 
 /// Weight of the point 1 / w1 if the three points are 0, 1 / w1 and 1 / w2 and the first moments about 0 are s1, s2.
@@ -160,9 +194,7 @@ pub(crate) struct Canonical<R> {
 }
 
 /// Solves for the support by the w-polynomial; M = 2, 4, 6 or 8.
-///
-/// `floor_scale` multiplies the pivot floor: 1 for inputs rounded to the type R, less where R is wider than the input.
-pub(crate) fn canonical<R: Real, const M: usize>(moments: &[R; M], z_f: R, floor_scale: f64) -> Canonical<R> {
+pub(crate) fn canonical<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> Canonical<R> {
     const { assert!(M == 2 || M == 4 || M == 6 || M == 8) }
     let zero = R::zero();
     let hankel = |i: usize| if i == 0 { R::one() } else { moments[i - 1] };
@@ -193,12 +225,13 @@ pub(crate) fn canonical<R: Real, const M: usize>(moments: &[R; M], z_f: R, floor
             power[i] = z_f * power[i] + if i > 0 { power[i - 1] } else { zero };
         }
         taylor[k] = power;
-        for j in 0..k {
-            for i in 0..=j {
-                taylor[k][i] = taylor[k][i] - lower[k][j] * taylor[j][i];
+        let (before, rest) = taylor.split_at_mut(k);
+        for (earlier, &factor) in before.iter().zip(&lower[k]) {
+            for (value, &coefficient) in rest[0].iter_mut().zip(earlier) {
+                *value = *value - factor * coefficient;
             }
         }
-        let floor = pivot_floor(hankel(2 * k)) * R::from_f64(floor_scale);
+        let floor = pivot_floor(hankel(2 * k));
         if pivot <= floor {
             singular = Some((k + 1, pivot));
             pivots[k] = floor;
@@ -306,6 +339,6 @@ pub fn hamburger<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> Pair<R> {
     match M {
         2 => chebyshev(&[moments[0], moments[1]], z_f),
         4 => hamburger4(&[moments[0], moments[1], moments[2], moments[3]], z_f),
-        _ => canonical(moments, z_f, 1.0).bounds(),
+        _ => canonical(moments, z_f).bounds(),
     }
 }

@@ -6,61 +6,43 @@
 //! t = E\[z^2 (1 - z) (z - z_f)\] / E\[z (1 - z) (z - z_f)\].
 
 use crate::arithmetic::Real;
-use crate::hamburger::{Canonical, Pair, canonical};
+use crate::hamburger::{Pair, Solution4, canonical, solve4};
 
 /// A support point outside \[0, 1\] by this many rounding errors of 1 is taken for an end point.
 const INSIDE_ROUNDINGS: f64 = 16.0;
-
-/// Support points with their weights, z_f first; points of weight 0 may be missing.
-pub(crate) struct Support<R> {
-    pub points: [(R, R); 4],
-    pub count: usize,
-}
 
 /// Bounds from four power moments of a distribution on \[0, 1\], for z_f in \[0, 1\].
 ///
 /// At z_f = 0 the lower bound is 0. Moments of no distribution on \[0, 1\] give some value in \[0, 1\].
 #[inline]
 pub fn hausdorff4<R: Real>(moments: &[R; 4], z_f: R) -> Pair<R> {
-    match solve(moments, z_f, 1.0) {
-        Solution::Interior(canonical) => canonical.bounds(),
-        Solution::Ends { free, .. } => ends_bounds(moments, z_f, free),
+    match solve4(moments, z_f) {
+        Solution4::Degenerate(pair) => pair,
+        Solution4::Regular(points) if is_inside(&points.w, z_f) => points.bounds(),
+        Solution4::Regular(_) => ends_bounds(moments, z_f, free_point(moments, z_f)),
     }
 }
 
-enum Solution<R> {
-    Interior(Canonical<R>),
-    /// z_f, both end points and the free point.
-    Ends {
-        free: R,
-    },
-}
-
+/// Whether all z_f + 1/w lie in \[0, 1\], that is w z_f <= -1 or w (1 - z_f) >= 1. With surfaces at 0 or 1 these are
+/// equalities up to rounding. A z_f at an end takes no part in the second case.
 #[inline(always)]
-fn solve<R: Real>(moments: &[R; 4], z_f: R, floor_scale: f64) -> Solution<R> {
+fn is_inside<R: Real>(w: &[R], z_f: R) -> bool {
     let (zero, one) = (R::zero(), R::one());
-    let hamburger = canonical(moments, z_f, floor_scale);
-    // z_f + 1/w lies in [0, 1] exactly if w z_f <= -1 or w (1 - z_f) >= 1; with surfaces at 0 or 1 these are equal up
-    // to rounding. A z_f at an end takes no part in the second case.
     let nearly = one - R::from_f64(INSIDE_ROUNDINGS * R::EPSILON);
-    let at_end = z_f <= zero || z_f >= one;
-    let inside = at_end
-        || hamburger.inverse_offsets[..hamburger.count]
-            .iter()
-            .all(|&w| if w < zero { w * z_f <= -nearly } else { w * (one - z_f) >= nearly });
-    // Fewer points than three mean that the moments determine the distribution: its points are inside, and rounding
-    // must not send us to the other branch.
-    if inside || hamburger.count < 2 {
-        return Solution::Interior(hamburger);
-    }
+    let point_inside = |&w: &R| if w < zero { w * z_f <= -nearly } else { w * (one - z_f) >= nearly };
+    z_f <= zero || z_f >= one || w.iter().all(point_inside)
+}
+
+/// The fourth point of the second case. With all mass at the ends (or the moments on the boundary of their cone) any
+/// point serves, with weight 0.
+#[inline(always)]
+fn free_point<R: Real>(moments: &[R; 4], z_f: R) -> R {
     let [b1, b2, b3, b4] = *moments;
     // E[z^k (1 - z) (z - z_f)] for k = 1, 2.
     let first = (b2 - b3) - z_f * (b1 - b2);
     let second = (b3 - b4) - z_f * (b2 - b3);
     let noise = R::from_f64(4.0 * R::EPSILON) * b1.abs();
-    // All mass at the ends (or the moment vector on the boundary of the cone): any free point serves, with weight 0.
-    let free = if first.abs() <= noise { one } else { (second / first).max(zero).min(one) };
-    Solution::Ends { free }
+    if first.abs() <= noise { R::one() } else { (second / first).max(R::zero()).min(R::one()) }
 }
 
 fn ends_bounds<R: Real>(moments: &[R; 4], z_f: R, free: R) -> Pair<R> {
@@ -102,26 +84,14 @@ fn end_weights<R: Real>(moments: &[R; 4], z_f: R, free: R) -> EndWeights<R> {
 }
 
 /// The distribution that attains the bounds, for the evidence path.
-pub(crate) fn support<R: Real>(moments: &[R; 4], z_f: R, floor_scale: f64) -> Support<R> {
-    match solve(moments, z_f, floor_scale) {
-        Solution::Interior(canonical) => {
-            let points = canonical.points(z_f);
-            let mut support = Support { points: [(z_f, R::zero()); 4], count: points.len() };
-            for (slot, point) in support.points.iter_mut().zip(points) {
-                *slot = point;
-            }
-            support
-        }
-        Solution::Ends { free } => {
-            let weights = end_weights(moments, z_f, free);
-            let rest = R::one() - weights.at_zero - weights.at_z_f - weights.at_one;
-            let points = [
-                (z_f, weights.at_z_f),
-                (R::zero(), weights.at_zero),
-                (free, rest),
-                (R::one(), weights.at_one),
-            ];
-            Support { points, count: 4 }
-        }
+pub(crate) fn support<R: Real>(moments: &[R; 4], z_f: R) -> Vec<(R, R)> {
+    let solution = canonical(moments, z_f);
+    // Fewer points than three: the moments determine the distribution, whose points are inside up to rounding.
+    if solution.count < 2 || is_inside(&solution.inverse_offsets[..solution.count], z_f) {
+        return solution.points(z_f);
     }
+    let free = free_point(moments, z_f);
+    let weights = end_weights(moments, z_f, free);
+    let rest = R::one() - weights.at_zero - weights.at_z_f - weights.at_one;
+    vec![(z_f, weights.at_z_f), (R::zero(), weights.at_zero), (free, rest), (R::one(), weights.at_one)]
 }

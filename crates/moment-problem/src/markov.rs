@@ -34,7 +34,8 @@ pub fn markov_unit<R: Real>(ratio: R, at_zero: R, at_one: R) -> Pair<R> {
 pub fn two_depths<R: Real>(moments: &[R; 3]) -> [(R, R); 2] {
     let [b1, b2, b3] = *moments;
     let variance = b2 - b1 * b1;
-    if !(variance > R::from_f64(R::TINY)) {
+    let positive = variance > R::from_f64(R::TINY); // false for NaN, too
+    if !positive {
         return [(b1, R::one()), (b1, R::zero())];
     }
     // About the mean: u^2 - (mu_3 / variance) u - variance = 0. The product of the roots is -variance, so they

@@ -245,7 +245,8 @@ fn both_in_front<R: Real>(h: &[R; 5], sine: R, cosine: R) -> Option<Candidate<R>
     let sum = sine * (s[2] + s[0]) / divisor;
     let product = R::one() + cosine * sum / sine;
     let half = sum * R::from_f64(0.5);
-    if !(half * half > product) {
+    let distinct = half * half > product; // false for NaN, too
+    if !distinct {
         return None;
     }
     let [xb, xa] = roots::quadratic(-sum, product);
@@ -255,53 +256,58 @@ fn both_in_front<R: Real>(h: &[R; 5], sine: R, cosine: R) -> Option<Candidate<R>
 
 fn one_each_side<R: Real>(h: &[R; 5], sine: R, cosine: R) -> Option<Candidate<R>> {
     let constant = R::from_f64;
-    let s = reduced(h, sine, cosine);
-    // Numerator and denominator of x_b as a function of x = x_a, times sin(pi z_f).
-    let numerator =
-        |x: R| ((constant(2.0) * cosine - x * sine) * x + constant(3.0) * sine) * x - constant(2.0) * cosine;
-    let denominator = |x: R| (constant(4.0) * cosine - constant(3.0) * x * sine) * x + sine;
-    // The quartic, divided by powers of x where x is large so that it stays finite.
-    let quartic = |x: R| {
-        let value = (x * s[1] - s[2]) * denominator(x) - (x * s[0] - s[1]) * numerator(x);
-        let scale = R::one() + x * x;
-        value / (scale * scale)
+    let [s0, s1, s2] = reduced(h, sine, cosine);
+    let (two, three, four) = (constant(2.0), constant(3.0), constant(4.0));
+    // The quartic in x = x_a, highest power first.
+    let quartic = [
+        sine * s0,
+        -(four * sine * s1 + two * cosine * s0),
+        constant(6.0) * cosine * s1 + three * sine * (s2 - s0),
+        four * sine * s1 + two * cosine * (s0 - two * s2),
+        -(sine * s2 + two * cosine * s1),
+    ];
+    let evaluate = |x: R| {
+        let (mut value, mut slope) = (quartic[0], R::zero());
+        for &coefficient in &quartic[1..] {
+            slope = slope * x + value;
+            value = value * x + coefficient;
+        }
+        (value, slope)
     };
-    // x_b runs through everything behind z_f while x_a runs through this bracket.
+    // x_b runs through everything behind z_f while x_a runs through this bracket, which spans a factor of 3.
     let cot = cosine / sine;
-    let root = (constant(4.0) * cot * cot + constant(3.0)).sqrt();
+    let root = (four * cot * cot + three).sqrt();
     // (2 cot + root) without cancellation for negative cot: root^2 - 4 cot^2 = 3.
-    let high = if cot >= R::zero() { cot + cot + root } else { constant(3.0) / (root - cot - cot) };
-    let mut high = high;
-    let mut low = high / constant(3.0);
-    let (mut value_low, value_high) = (quartic(low), quartic(high));
-    if !((value_low < R::zero()) != (value_high < R::zero())) {
+    let mut high = if cot >= R::zero() { cot + cot + root } else { three / (root - cot - cot) };
+    let mut low = high / three;
+    let rising = evaluate(high).0 > R::zero();
+    if (evaluate(low).0 > R::zero()) == rising {
         return None;
     }
-    // Bisection on the logarithm is not needed: the bracket spans a factor of 3. Illinois steps, bisection as guard.
-    let mut value_high = value_high;
-    let mut x = low;
-    for iteration in 0..200 {
-        let secant = high - value_high * (high - low) / (value_high - value_low);
-        let middle = (low + high) * constant(0.5);
-        let next = if iteration % 4 == 3 || !(secant > low && secant < high) { middle } else { secant };
+    // Newton's method, replaced by bisection wherever it leaves the bracket.
+    let mut x = (low + high) * constant(0.5);
+    for _ in 0..MAX_STEPS {
+        let (value, slope) = evaluate(x);
+        if (value > R::zero()) == rising {
+            high = x;
+        } else {
+            low = x;
+        }
+        let newton = x - value / slope;
+        let next = if newton > low && newton < high { newton } else { (low + high) * constant(0.5) };
         let moved = (next - x).abs();
         x = next;
-        let value = quartic(x);
-        if value == R::zero()
-            || moved <= constant(R::EPSILON) * x.abs()
-            || (high - low) <= constant(R::EPSILON) * x
-        {
+        if moved <= constant(R::EPSILON) * x.abs() {
             break;
         }
-        if (value < R::zero()) == (value_low < R::zero()) {
-            (low, value_low) = (x, value);
-            value_high = value_high * constant(0.5);
-        } else {
-            (high, value_high) = (x, value);
-            value_low = value_low * constant(0.5);
-        }
     }
-    let xb = numerator(x) / denominator(x);
+    // b as a function of a, from the maximum of the dual polynomial at a.
+    let numerator = ((two * cosine - x * sine) * x + three * sine) * x - two * cosine;
+    let denominator = (four * cosine - three * x * sine) * x + sine;
+    let xb = numerator / denominator;
     // At the ends of the bracket b meets z_f or the seam: cases 1 and 2.
     if xb * sine < cosine { four_points(h, sine, cosine, x, xb, false) } else { None }
 }
+
+/// Steps for one root: bisection alone needs one for every bit of a double-double.
+const MAX_STEPS: usize = 110;
