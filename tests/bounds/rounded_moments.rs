@@ -28,14 +28,18 @@ fn bounds_from_rounded_moments_agree_with_those_of_the_distribution() {
         let (mut compared, mut refused) = (0, 0);
         for _ in 0..count {
             let s = sample(&mut random);
+            // The bound jumps where z_f meets a surface that the moments determine.
+            if s.z.depths().iter().any(|z| (z - s.z_f).abs() < 1e-4) {
+                continue;
+            }
             let Ok(exact) = solver.bounds_of(&s.z, s.z_f) else { continue };
             let moments: Vec<f64> = s.z.moments(solver.basis());
             match solver.bounds(&moments, s.z_f) {
                 Ok(b) => {
                     assert!(b.certificate.lower_proved <= b.lower + 1e-12, "{}: {b:?}", solver.name());
                     assert!(b.certificate.upper_proved >= b.upper - 1e-12, "{}: {b:?}", solver.name());
-                    let dual: f64 = exact.certificate.lower_dual.iter().map(|y| y.abs()).sum();
-                    if dual < 1e7 {
+                    let size = |dual: &[f64]| dual.iter().map(|y| y.abs()).sum::<f64>();
+                    if size(&exact.certificate.lower_dual).max(size(&b.certificate.lower_dual)) < 1e7 {
                         compared += 1;
                         assert!(
                             (b.lower - exact.lower).abs() < 1e-6,
@@ -111,7 +115,7 @@ fn nonsense_never_leaves_the_unit_interval() {
         1e300,
         5e-324,
     ];
-    let mut draw = |random: &mut Random| match random.below(4) {
+    let draw = |random: &mut Random| match random.below(4) {
         0 => special[random.below(special.len())],
         1 => f64::from_bits(random.next()),
         2 => 1.0 + f64::EPSILON * (random.unit() - 0.5),

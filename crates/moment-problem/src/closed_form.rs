@@ -20,6 +20,9 @@ const PIVOT_NOISE: f64 = 1e-14;
 /// Support points with less weight than this are left out of dual polynomials: they run to infinity.
 const NODE_WEIGHT: f64 = 1e-26;
 
+/// Points this close to z_f (relative to 1 + |z_f|) are z_f: doubles cannot tell them apart.
+const SAME_DEPTH: f64 = 1e-18;
+
 /// Power moments z, ..., z^M on the whole line, M = 2, 4, 6 or 8 (MSM15 Algorithm 2).
 #[derive(Clone, Debug)]
 pub struct Hamburger<const M: usize> {
@@ -40,7 +43,9 @@ impl<const M: usize> Hamburger<M> {
     /// Bounds from a support whose points besides z_f are `others`, as (depth, weight).
     fn assemble(z_f: f64, at_z_f: f64, others: &[(DoubleDouble, f64)], moments: &[DoubleDouble]) -> Bounds {
         let fragment = DoubleDouble::from(z_f);
-        let kept = || others.iter().filter(|&&(z, w)| w > NODE_WEIGHT && z != fragment);
+        let near = |z: DoubleDouble| (z - fragment).abs().to_f64() <= SAME_DEPTH * (1.0 + z_f.abs());
+        let at_z_f = at_z_f + others.iter().filter(|&&(z, _)| near(z)).map(|&(_, w)| w).sum::<f64>();
+        let kept = || others.iter().filter(|&&(z, w)| w > NODE_WEIGHT && !near(z));
         let nodes: Vec<DoubleDouble> = kept().map(|&(z, _)| z).collect();
         let lower = hermite::dual(fragment, &nodes, moments, |z| z < fragment);
         let upper = hermite::dual(fragment, &nodes, moments, |z| z > fragment);
@@ -117,11 +122,10 @@ impl<const M: usize> LowerBound for Hamburger<M> {
             return self.bounds_precise(&moments, z_f);
         }
         check_input(&self.basis, Interval::Real, &moments, z_f)?;
-        let at_z_f = (z.cdf_inclusive(z_f) - z.cdf(z_f)).max(0.0);
         let atoms = z.depths().iter().zip(z.weights());
         let others: Vec<(DoubleDouble, f64)> =
             atoms.map(|(&z, w)| (DoubleDouble::from(z), w.to_f64())).collect();
-        Ok(Self::assemble(z_f, at_z_f, &others, &moments))
+        Ok(Self::assemble(z_f, 0.0, &others, &moments))
     }
 }
 

@@ -65,9 +65,9 @@ pub fn chebyshev<R: Real>(moments: &[R; 2], z_f: R) -> Pair<R> {
     if offset > R::zero() {
         // The upper bound behind the mean is 1, as the other point lies in front.
         let lower = if sum > R::zero() { far } else { one };
-        Pair { lower, upper: one }
+        Pair::clamped(lower, one)
     } else {
-        Pair { lower: R::zero(), upper: if offset < R::zero() { one - far } else { one } }
+        Pair::clamped(R::zero(), if offset < R::zero() { one - far } else { one })
     }
 }
 
