@@ -1,6 +1,7 @@
 //! What a file may lack: ground to receive shadows, and a camera that shows the scene.
 
 use crate::build::{Mesh, SceneArrays, doubled_area, unit};
+use crate::light_frame::{cross, dot, normalize};
 use crate::{Camera, Material};
 
 /// Name of the material of a ground plane that was added on loading.
@@ -132,18 +133,28 @@ pub(crate) fn add_ground(arrays: &mut SceneArrays, materials: &mut Vec<Material>
     materials.push(Material { name: GROUND_ADDED.into(), albedo: [0.5; 3], mask: None });
 }
 
-/// A camera that looks from slightly above, along (-0.6, -0.45, -0.66), at the centre of the bounds from where
-/// their bounding sphere fills a vertical field of view of 0.8 radians.
+/// From the centre of the scene towards the fitted camera: above, and so that [`crate::DEFAULT_LIGHT`] comes from the
+/// left and a little from behind. Against the light a picture would show little but unlit surfaces.
+const TOWARDS_CAMERA: [f64; 3] = [-0.6, 0.55, 0.6];
+
+/// A camera above the scene, with a vertical field of view of 0.7 radians, from where the bounds just fit into a
+/// picture of 4:3 or wider.
 pub(crate) fn fit_camera(bounds: &Bounds) -> Camera {
-    let vertical_fov = 0.8_f64;
-    let radius = 0.5 * bounds.size().iter().map(|s| s * s).sum::<f64>().sqrt();
-    // The radius of a single point at a huge coordinate is lost to rounding: keep eye and target apart.
-    let centre = bounds.centre();
-    let scale = centre.iter().fold(radius, |m, c| m.max(c.abs() * 1e-5)).max(1e-30);
-    let distance = scale / (0.5 * vertical_fov).sin();
-    let eye = [0.6, 0.45, 0.66].map(|c| c * distance);
+    let vertical_fov = 0.7_f64;
+    let half_height = (0.5 * vertical_fov).tan();
+    let half_width = half_height * 4.0 / 3.0;
+    let back = normalize(TOWARDS_CAMERA);
+    let right = normalize(cross([0.0, 1.0, 0.0], back));
+    let up = cross(back, right);
+    let (centre, size) = (bounds.centre(), bounds.size());
+    let corners = (0..8).map(|corner| [0, 1, 2].map(|axis| ((corner >> axis & 1) as f64 - 0.5) * size[axis]));
+    let fitting = corners
+        .map(|c| dot(c, back) + (dot(c, up).abs() / half_height).max(dot(c, right).abs() / half_width))
+        .fold(0.0, f64::max);
+    // The extent of a single point at a huge coordinate is lost to rounding: keep eye and target apart.
+    let distance = centre.iter().fold(1.05 * fitting, |m, c| m.max(c.abs() * 1e-5)).max(1e-30);
     Camera {
-        eye: std::array::from_fn(|axis| (centre[axis] + eye[axis]) as f32),
+        eye: std::array::from_fn(|axis| (centre[axis] + distance * back[axis]) as f32),
         target: centre.map(|c| c as f32),
         vertical_fov: vertical_fov as f32,
     }
@@ -206,5 +217,24 @@ mod tests {
         let last = arrays.triangles[3].map(|i| arrays.vertices[i as usize].position);
         assert!(doubled_area(last[0], last[1], last[2])[1] > 0.0);
         assert!(has_ground(&arrays, &materials, &with_ground));
+    }
+
+    #[test]
+    fn the_fitted_camera_sees_the_whole_scene_and_not_from_afar() {
+        for max in [[1.0, 1.0, 1.0], [926.0, 10.0, 118.0], [2.0, 50.0, 3.0], [8.0, 0.0, 8.0]] {
+            let camera = fit_camera(&Bounds { min: [0.0; 3], max });
+            let (eye, target) = (camera.eye.map(f64::from), camera.target.map(f64::from));
+            let forward = normalize([0, 1, 2].map(|k| target[k] - eye[k]));
+            let right = normalize(cross(forward, [0.0, 1.0, 0.0]));
+            let down = cross(forward, right);
+            let half = (0.5 * f64::from(camera.vertical_fov)).tan();
+            let mut widest = 0.0_f64;
+            for corner in 0..8 {
+                let p = [0, 1, 2].map(|k| if corner >> k & 1 == 1 { max[k] } else { 0.0 } - eye[k]);
+                let across = dot(p, right).abs() / (half * 4.0 / 3.0);
+                widest = widest.max(across.max(dot(p, down).abs() / half) / dot(p, forward));
+            }
+            assert!((0.9..1.0).contains(&widest), "{max:?}: {widest}");
+        }
     }
 }
