@@ -213,7 +213,7 @@ fn bad_input_is_one_line_and_leaves_nothing() {
         bad(&["a.obj", "--size", size], "--size");
     }
     bad(&["a.obj", "--backend", "magic"], "magic");
-    bad(&["a.obj", "--seed", "-1"], "--seed");
+    bad(&["a.obj", "--seed=-1"], "--seed");
     bad(&["a.obj", "--format", "xml"], "xml");
 }
 

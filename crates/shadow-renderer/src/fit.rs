@@ -137,25 +137,39 @@ pub(crate) fn add_ground(arrays: &mut SceneArrays, materials: &mut Vec<Material>
 /// left and a little from behind. Against the light a picture would show little but unlit surfaces.
 const TOWARDS_CAMERA: [f64; 3] = [-0.6, 0.55, 0.6];
 
-/// A camera above the scene, with a vertical field of view of 0.7 radians, from where the bounds just fit into a
-/// picture of 4:3 or wider.
-pub(crate) fn fit_camera(bounds: &Bounds) -> Camera {
+/// A camera above the scene, with a vertical field of view of 0.7 radians, from where all triangles just fit into a
+/// picture of 16:9.
+pub(crate) fn fit_camera(arrays: &SceneArrays, bounds: &Bounds) -> Camera {
+    const MARGIN: f64 = 0.93;
     let vertical_fov = 0.7_f64;
-    let half_height = (0.5 * vertical_fov).tan();
-    let half_width = half_height * 4.0 / 3.0;
+    let half_height = MARGIN * (0.5 * vertical_fov).tan();
+    let half = [half_height * 16.0 / 9.0, half_height];
     let back = normalize(TOWARDS_CAMERA);
     let right = normalize(cross([0.0, 1.0, 0.0], back));
-    let up = cross(back, right);
-    let (centre, size) = (bounds.centre(), bounds.size());
-    let corners = (0..8).map(|corner| [0, 1, 2].map(|axis| ((corner >> axis & 1) as f64 - 0.5) * size[axis]));
-    let fitting = corners
-        .map(|c| dot(c, back) + (dot(c, up).abs() / half_height).max(dot(c, right).abs() / half_width))
-        .fold(0.0, f64::max);
+    let axes = [right, cross(back, right)];
+    let centre = bounds.centre();
+    // A point p is seen from the eye e if |p_k - e_k| <= half_k (e_back - p_back) on both axes k: with
+    // highest_k = max(p_k + half_k p_back) and lowest_k = min(p_k - half_k p_back) over all points that is
+    // highest_k - half_k e_back <= e_k <= lowest_k + half_k e_back.
+    let (mut highest, mut lowest) = ([f64::NEG_INFINITY; 2], [f64::INFINITY; 2]);
+    for &index in arrays.triangles.iter().flatten() {
+        let position = arrays.vertices[index as usize].position.map(f64::from);
+        let p = [0, 1, 2].map(|axis| position[axis] - centre[axis]);
+        for k in [0, 1] {
+            let (across, towards) = (dot(p, axes[k]), half[k] * dot(p, back));
+            highest[k] = highest[k].max(across + towards);
+            lowest[k] = lowest[k].min(across - towards);
+        }
+    }
+    let distance = [0, 1].map(|k| (highest[k] - lowest[k]) / (2.0 * half[k]));
     // The extent of a single point at a huge coordinate is lost to rounding: keep eye and target apart.
-    let distance = centre.iter().fold(1.05 * fitting, |m, c| m.max(c.abs() * 1e-5)).max(1e-30);
+    let least = centre.iter().fold(1e-30, |m: f64, c| m.max(c.abs() * 1e-5));
+    let distance = distance[0].max(distance[1]).max(least);
+    let aside = [0, 1].map(|k| 0.5 * (highest[k] + lowest[k]));
+    let target = [0, 1, 2].map(|axis| centre[axis] + aside[0] * axes[0][axis] + aside[1] * axes[1][axis]);
     Camera {
-        eye: std::array::from_fn(|axis| (centre[axis] + distance * back[axis]) as f32),
-        target: centre.map(|c| c as f32),
+        eye: std::array::from_fn(|axis| (target[axis] + distance * back[axis]) as f32),
+        target: target.map(|c| c as f32),
         vertical_fov: vertical_fov as f32,
     }
 }
@@ -221,20 +235,32 @@ mod tests {
 
     #[test]
     fn the_fitted_camera_sees_the_whole_scene_and_not_from_afar() {
-        for max in [[1.0, 1.0, 1.0], [926.0, 10.0, 118.0], [2.0, 50.0, 3.0], [8.0, 0.0, 8.0]] {
-            let camera = fit_camera(&Bounds { min: [0.0; 3], max });
+        for [width, height, length] in
+            [[1.0, 1.0, 1.0], [926.0, 10.0, 118.0], [2.0, 50.0, 3.0], [8.0, 0.0, 8.0]]
+        {
+            let mut arrays = SceneArrays::default();
+            for y in [5.0, 5.0 + height] {
+                let at = |x, z| [x, y, z];
+                quad(&mut arrays, [at(0.0, 0.0), at(width, 0.0), at(width, length), at(0.0, length)]);
+            }
+            let camera = fit_camera(&arrays, &Bounds::of(&arrays).unwrap());
             let (eye, target) = (camera.eye.map(f64::from), camera.target.map(f64::from));
             let forward = normalize([0, 1, 2].map(|k| target[k] - eye[k]));
             let right = normalize(cross(forward, [0.0, 1.0, 0.0]));
-            let down = cross(forward, right);
             let half = (0.5 * f64::from(camera.vertical_fov)).tan();
-            let mut widest = 0.0_f64;
-            for corner in 0..8 {
-                let p = [0, 1, 2].map(|k| if corner >> k & 1 == 1 { max[k] } else { 0.0 } - eye[k]);
-                let across = dot(p, right).abs() / (half * 4.0 / 3.0);
-                widest = widest.max(across.max(dot(p, down).abs() / half) / dot(p, forward));
-            }
-            assert!((0.9..1.0).contains(&widest), "{max:?}: {widest}");
+            let on_picture = |axis: [f64; 3], half: f64| {
+                let seen = arrays.vertices.iter().map(|vertex| {
+                    let p = [0, 1, 2].map(|k| f64::from(vertex.position[k]) - eye[k]);
+                    dot(p, axis) / dot(p, forward) / half
+                });
+                seen.fold([1.0_f64, -1.0], |[low, high], s| [low.min(s), high.max(s)])
+            };
+            let across = on_picture(right, half * 16.0 / 9.0);
+            let down = on_picture(cross(forward, right), half);
+            let reaches = |[low, high]: [f64; 2]| (low + 0.93).abs() < 1e-3 && (high - 0.93).abs() < 1e-3;
+            let inside = |[low, high]: [f64; 2]| low > -0.94 && high < 0.94;
+            assert!(inside(across) && inside(down), "{width}: {across:?} {down:?}");
+            assert!(reaches(across) || reaches(down), "{width}: {across:?} {down:?}");
         }
     }
 }

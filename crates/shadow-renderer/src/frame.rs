@@ -28,9 +28,9 @@ pub struct Frame {
 
 /// Share of the light that reaches a horizontal surface in shadow.
 const AMBIENT: f32 = 0.25;
-/// Ambient light by the surface's normal, 1 upwards: half of it without regard to the normal, and slightly more from one
+/// Ambient light by the surface's normal, 1 upwards: most of it without regard to the normal, and slightly more from one
 /// side than from the other, so that shapes and edges stay visible in shadow.
-const AMBIENT_BY_NORMAL: [f32; 3] = [-0.12, 0.5, 0.06];
+const AMBIENT_BY_NORMAL: [f32; 3] = [-0.12, 0.35, 0.06];
 /// Linear RGB of pixels without surface.
 const SKY: [f32; 3] = [0.35, 0.5, 0.75];
 
@@ -84,8 +84,9 @@ impl Frame {
             }
             let normal = self.normal[i];
             let cosine = dot(normal.map(f64::from), towards_light).max(0.0) as f32;
-            let ambient = 0.5 + (0..3).map(|k| normal[k] * AMBIENT_BY_NORMAL[k]).sum::<f32>();
-            let light = AMBIENT * ambient.max(0.1) + (1.0 - AMBIENT) * cosine * visibility[i];
+            let ambient =
+                1.0 - AMBIENT_BY_NORMAL[1] + (0..3).map(|k| normal[k] * AMBIENT_BY_NORMAL[k]).sum::<f32>();
+            let light = AMBIENT * ambient + (1.0 - AMBIENT) * cosine * visibility[i];
             encode(self.albedo[i].map(|c| c * light))
         })
     }
