@@ -1,6 +1,7 @@
 //! Several files that appear together, when all of them are complete, or not at all.
 
 use anyhow::{Context, anyhow};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// A folder for files in the making, inside the folder in which they will appear.
@@ -8,7 +9,8 @@ use std::path::{Path, PathBuf};
 /// Dropped before [`Staging::publish`], it takes back everything, the folders that it had to create included.
 pub struct Staging {
     target: PathBuf,
-    folder: PathBuf,
+    /// Known once it exists and is this process's own.
+    folder: Option<PathBuf>,
     /// Folders that did not exist before, innermost first.
     created: Vec<PathBuf>,
 }
@@ -18,8 +20,7 @@ impl Staging {
     pub fn new(target: &Path, names: &[String]) -> anyhow::Result<Self> {
         let missing = target.ancestors().filter(|path| !path.as_os_str().is_empty() && !path.exists());
         let created = missing.map(Path::to_owned).collect();
-        let folder = target.join(format!(".msm-{}.partial", std::process::id()));
-        let staging = Self { target: target.to_owned(), folder, created };
+        let mut staging = Self { target: target.to_owned(), folder: None, created };
         for name in names {
             let path = target.join(name);
             if path.is_dir() {
@@ -27,13 +28,24 @@ impl Staging {
             }
         }
         std::fs::create_dir_all(target).with_context(|| target.display().to_string())?;
-        std::fs::create_dir(&staging.folder).with_context(|| target.display().to_string())?;
-        Ok(staging)
+        // Processes that share the folder but not the machine may have the same number.
+        for attempt in 0..100 {
+            let folder = target.join(format!(".msm-{}-{attempt}.partial", std::process::id()));
+            match std::fs::create_dir(&folder) {
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                created => {
+                    created.with_context(|| target.display().to_string())?;
+                    staging.folder = Some(folder);
+                    return Ok(staging);
+                }
+            }
+        }
+        Err(anyhow!("{}: too many unfinished `.msm-*.partial` folders", target.display()))
     }
 
     /// Where a file is to be written until it is complete.
     pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(name)
+        self.folder.as_deref().unwrap_or(&self.target).join(name)
     }
 
     /// Gives the files their place, replacing older ones, and returns their paths.
@@ -41,7 +53,7 @@ impl Staging {
         let mut published = Vec::with_capacity(names.len());
         for name in names {
             let path = self.target.join(name);
-            std::fs::rename(self.folder.join(name), &path).with_context(|| path.display().to_string())?;
+            std::fs::rename(self.path(name), &path).with_context(|| path.display().to_string())?;
             published.push(path);
         }
         self.created.clear();
@@ -52,7 +64,9 @@ impl Staging {
 impl Drop for Staging {
     fn drop(&mut self) {
         // Failures here must not hide the one that is being reported; folders in use stay.
-        let _ = std::fs::remove_dir_all(&self.folder);
+        if let Some(folder) = &self.folder {
+            let _ = std::fs::remove_dir_all(folder);
+        }
         for folder in &self.created {
             let _ = std::fs::remove_dir(folder);
         }
