@@ -4,8 +4,10 @@ mod bound;
 mod outcome;
 mod plot;
 mod progress;
+mod render;
 mod report;
 mod run;
+mod staging;
 
 use clap::{Parser, Subcommand};
 use outcome::Failure;
@@ -23,6 +25,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Bound(bound::Arguments),
+    Render(render::Arguments),
     Run(run::Arguments),
     Report(report::Arguments),
 }
@@ -31,6 +34,7 @@ impl Verb {
     fn execute(&self) -> Result<(), Failure> {
         match self {
             Self::Bound(arguments) => bound::execute(arguments),
+            Self::Render(arguments) => render::execute(arguments),
             Self::Run(arguments) => run::execute(arguments),
             Self::Report(arguments) => report::execute(arguments),
         }

@@ -1,6 +1,8 @@
 //! Progress on standard error, silent where that is no terminal.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::sync::mpsc::{self, RecvTimeoutError, Sender};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Work that is over sooner than this shows no bar.
@@ -17,7 +19,7 @@ impl Bar {
     pub fn new(what: &'static str) -> Self {
         let style = ProgressStyle::with_template("{msg} [{bar:40}] {pos}/{len} ({eta} left)");
         let bar = ProgressBar::new(0).with_message(what);
-        bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
+        bar.set_draw_target(ProgressDrawTarget::hidden());
         Self {
             bar: bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())),
             begin: Instant::now(),
@@ -46,12 +48,54 @@ impl Bar {
     fn appear(&self) {
         if self.bar.is_hidden() && self.begin.elapsed() > PATIENCE {
             // indicatif keeps it hidden where standard error is no terminal.
-            self.bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
         }
     }
 
     /// Removes the bar.
     pub fn finish(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// Names the present step of a work whose length nobody knows, after a second and on a terminal only.
+pub struct Spinner {
+    bar: ProgressBar,
+    /// Dropped to wake the thread that waits for patience to end.
+    waiting: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Spinner {
+    /// A spinner that is not shown yet.
+    pub fn new() -> Self {
+        let bar = ProgressBar::new_spinner();
+        bar.set_draw_target(ProgressDrawTarget::hidden());
+        let (waiting, patience) = mpsc::channel::<()>();
+        let shown = bar.clone();
+        // Without the thread nothing is shown, which harms no result.
+        let thread = std::thread::Builder::new().spawn(move || {
+            if patience.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                shown.set_draw_target(ProgressDrawTarget::stderr());
+                shown.enable_steady_tick(Duration::from_millis(100));
+            }
+        });
+        Self { bar, waiting: Some(waiting), thread: thread.ok() }
+    }
+
+    /// The next step begins.
+    pub fn step(&self, what: &'static str) {
+        self.bar.set_message(what);
+    }
+}
+
+impl Drop for Spinner {
+    fn drop(&mut self) {
+        self.waiting = None;
+        if let Some(thread) = self.thread.take() {
+            // It does nothing that could panic, and there is nothing to do about it if it did.
+            let _ = thread.join();
+        }
         self.bar.finish_and_clear();
     }
 }

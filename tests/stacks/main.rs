@@ -12,6 +12,7 @@ mod files;
 mod frames;
 mod scenes;
 mod stencil;
+mod whole_scenes;
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -57,6 +58,7 @@ fn main() -> ExitCode {
     trials.extend(files::trials());
     trials.extend(bad_input::trials());
     trials.extend(frames::trials());
+    trials.extend(whole_scenes::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 

@@ -1,4 +1,5 @@
-//! Stack extraction at 1024^2: about 200 k small triangles, 1.5 M fragments, some 25 layers at most.
+//! Stack extraction at 1024^2 of synthetic scenes (200 k small triangles, 1.5 M fragments, some 25 layers at most) and of
+//! the procedural village (260 k triangles of all sizes), and loading of a large file.
 
 // A panic is how a test or benchmark reports.
 #![allow(clippy::unwrap_used)]
@@ -88,5 +89,41 @@ fn stack(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, stack);
+/// Houses, fences and a tower: large and small triangles, few layers here and many there.
+fn village(criterion: &mut Criterion) {
+    let village = procedural("village", procedural::DEFAULT_SEED).unwrap();
+    let mut group = criterion.benchmark_group("stack");
+    group.sample_size(20);
+    for view in &village.views {
+        let render = || render_stack(&village, view.direction, 1024, 1024, Backend::Cpu).unwrap();
+        let (stack, report) = render();
+        let statistics = stack.layer_statistics();
+        eprintln!("village {}: {} fragments, {statistics:?}", view.name, stack.fragments());
+        assert!((200_000..300_000).contains(&report.triangles) && stack.fragments() > 1_000_000);
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            group.bench_function(format!("village {}, cpu, {threads} threads", view.name), |b| {
+                b.iter(|| pool.install(render))
+            });
+        }
+    }
+}
+
+/// The largest public scene, and the procedural ones.
+fn load(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("load");
+    group.sample_size(20);
+    for name in procedural::NAMES {
+        group.bench_function(name, |b| b.iter(|| load_scene(name).unwrap()));
+    }
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/scenes/kaykit_village.glb");
+    if std::path::Path::new(path).is_file() {
+        assert!(load_scene(path).unwrap().triangles.len() > 300_000);
+        group.bench_function("kaykit_village.glb", |b| b.iter(|| load_scene(path).unwrap()));
+    } else {
+        eprintln!("skipped: {path} is not here");
+    }
+}
+
+criterion_group!(benches, stack, village, load);
 criterion_main!(benches);

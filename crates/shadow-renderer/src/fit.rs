@@ -1,6 +1,7 @@
 //! What a file may lack: ground to receive shadows, and a camera that shows the scene.
 
 use crate::build::{Mesh, SceneArrays, doubled_area, unit};
+use crate::light_frame::{cross, dot, normalize};
 use crate::{Camera, Material};
 
 /// Name of the material of a ground plane that was added on loading.
@@ -132,19 +133,43 @@ pub(crate) fn add_ground(arrays: &mut SceneArrays, materials: &mut Vec<Material>
     materials.push(Material { name: GROUND_ADDED.into(), albedo: [0.5; 3], mask: None });
 }
 
-/// A camera that looks from slightly above, along (-0.6, -0.45, -0.66), at the centre of the bounds from where
-/// their bounding sphere fills a vertical field of view of 0.8 radians.
-pub(crate) fn fit_camera(bounds: &Bounds) -> Camera {
-    let vertical_fov = 0.8_f64;
-    let radius = 0.5 * bounds.size().iter().map(|s| s * s).sum::<f64>().sqrt();
-    // The radius of a single point at a huge coordinate is lost to rounding: keep eye and target apart.
+/// From the centre of the scene towards the fitted camera: above, and so that [`crate::DEFAULT_LIGHT`] comes from the
+/// left and a little from behind. Against the light a picture would show little but unlit surfaces.
+const TOWARDS_CAMERA: [f64; 3] = [-0.6, 0.55, 0.6];
+
+/// A camera above the scene, with a vertical field of view of 0.7 radians, from where all triangles just fit into a
+/// picture of 16:9.
+pub(crate) fn fit_camera(arrays: &SceneArrays, bounds: &Bounds) -> Camera {
+    const MARGIN: f64 = 0.93;
+    let vertical_fov = 0.7_f64;
+    let half_height = MARGIN * (0.5 * vertical_fov).tan();
+    let half = [half_height * 16.0 / 9.0, half_height];
+    let back = normalize(TOWARDS_CAMERA);
+    let right = normalize(cross([0.0, 1.0, 0.0], back));
+    let axes = [right, cross(back, right)];
     let centre = bounds.centre();
-    let scale = centre.iter().fold(radius, |m, c| m.max(c.abs() * 1e-5)).max(1e-30);
-    let distance = scale / (0.5 * vertical_fov).sin();
-    let eye = [0.6, 0.45, 0.66].map(|c| c * distance);
+    // A point p is seen from the eye e if |p_k - e_k| <= half_k (e_back - p_back) on both axes k: with
+    // highest_k = max(p_k + half_k p_back) and lowest_k = min(p_k - half_k p_back) over all points that is
+    // highest_k - half_k e_back <= e_k <= lowest_k + half_k e_back.
+    let (mut highest, mut lowest) = ([f64::NEG_INFINITY; 2], [f64::INFINITY; 2]);
+    for &index in arrays.triangles.iter().flatten() {
+        let position = arrays.vertices[index as usize].position.map(f64::from);
+        let p = [0, 1, 2].map(|axis| position[axis] - centre[axis]);
+        for k in [0, 1] {
+            let (across, towards) = (dot(p, axes[k]), half[k] * dot(p, back));
+            highest[k] = highest[k].max(across + towards);
+            lowest[k] = lowest[k].min(across - towards);
+        }
+    }
+    let distance = [0, 1].map(|k| (highest[k] - lowest[k]) / (2.0 * half[k]));
+    // The extent of a single point at a huge coordinate is lost to rounding: keep eye and target apart.
+    let least = centre.iter().fold(1e-30, |m: f64, c| m.max(c.abs() * 1e-5));
+    let distance = distance[0].max(distance[1]).max(least);
+    let aside = [0, 1].map(|k| 0.5 * (highest[k] + lowest[k]));
+    let target = [0, 1, 2].map(|axis| centre[axis] + aside[0] * axes[0][axis] + aside[1] * axes[1][axis]);
     Camera {
-        eye: std::array::from_fn(|axis| (centre[axis] + eye[axis]) as f32),
-        target: centre.map(|c| c as f32),
+        eye: std::array::from_fn(|axis| (target[axis] + distance * back[axis]) as f32),
+        target: target.map(|c| c as f32),
         vertical_fov: vertical_fov as f32,
     }
 }
@@ -206,5 +231,36 @@ mod tests {
         let last = arrays.triangles[3].map(|i| arrays.vertices[i as usize].position);
         assert!(doubled_area(last[0], last[1], last[2])[1] > 0.0);
         assert!(has_ground(&arrays, &materials, &with_ground));
+    }
+
+    #[test]
+    fn the_fitted_camera_sees_the_whole_scene_and_not_from_afar() {
+        for [width, height, length] in
+            [[1.0, 1.0, 1.0], [926.0, 10.0, 118.0], [2.0, 50.0, 3.0], [8.0, 0.0, 8.0]]
+        {
+            let mut arrays = SceneArrays::default();
+            for y in [5.0, 5.0 + height] {
+                let at = |x, z| [x, y, z];
+                quad(&mut arrays, [at(0.0, 0.0), at(width, 0.0), at(width, length), at(0.0, length)]);
+            }
+            let camera = fit_camera(&arrays, &Bounds::of(&arrays).unwrap());
+            let (eye, target) = (camera.eye.map(f64::from), camera.target.map(f64::from));
+            let forward = normalize([0, 1, 2].map(|k| target[k] - eye[k]));
+            let right = normalize(cross(forward, [0.0, 1.0, 0.0]));
+            let half = (0.5 * f64::from(camera.vertical_fov)).tan();
+            let on_picture = |axis: [f64; 3], half: f64| {
+                let seen = arrays.vertices.iter().map(|vertex| {
+                    let p = [0, 1, 2].map(|k| f64::from(vertex.position[k]) - eye[k]);
+                    dot(p, axis) / dot(p, forward) / half
+                });
+                seen.fold([1.0_f64, -1.0], |[low, high], s| [low.min(s), high.max(s)])
+            };
+            let across = on_picture(right, half * 16.0 / 9.0);
+            let down = on_picture(cross(forward, right), half);
+            let reaches = |[low, high]: [f64; 2]| (low + 0.93).abs() < 1e-3 && (high - 0.93).abs() < 1e-3;
+            let inside = |[low, high]: [f64; 2]| low > -0.94 && high < 0.94;
+            assert!(inside(across) && inside(down), "{width}: {across:?} {down:?}");
+            assert!(reaches(across) || reaches(down), "{width}: {across:?} {down:?}");
+        }
     }
 }

@@ -26,8 +26,11 @@ pub struct Frame {
     pub albedo: Vec<[f32; 3]>,
 }
 
-/// Share of the light that reaches a surface in shadow.
+/// Share of the light that reaches a horizontal surface in shadow.
 const AMBIENT: f32 = 0.25;
+/// Ambient light by the surface's normal, 1 upwards: most of it without regard to the normal, and slightly more from one
+/// side than from the other, so that shapes and edges stay visible in shadow.
+const AMBIENT_BY_NORMAL: [f32; 3] = [-0.12, 0.35, 0.06];
 /// Linear RGB of pixels without surface.
 const SKY: [f32; 3] = [0.35, 0.5, 0.75];
 
@@ -66,7 +69,7 @@ impl Frame {
         self.position.par_iter().zip(&self.triangle).map(lit).collect()
     }
 
-    /// A picture in sRGB: albedo times ambient plus diffuse light from a light travelling along `direction`, scaled
+    /// A picture in sRGB: albedo times ambient light, most from above, plus diffuse light from a light travelling along `direction`, scaled
     /// by `visibility` (1 lit, 0 in shadow; one value a pixel). Pixels without surface show a plain sky, opaque.
     ///
     /// # Panics
@@ -79,8 +82,11 @@ impl Frame {
             if self.triangle[i] == NO_TRIANGLE {
                 return encode(SKY);
             }
-            let cosine = dot(self.normal[i].map(f64::from), towards_light).max(0.0) as f32;
-            let light = AMBIENT + (1.0 - AMBIENT) * cosine * visibility[i];
+            let normal = self.normal[i];
+            let cosine = dot(normal.map(f64::from), towards_light).max(0.0) as f32;
+            let ambient =
+                1.0 - AMBIENT_BY_NORMAL[1] + (0..3).map(|k| normal[k] * AMBIENT_BY_NORMAL[k]).sum::<f32>();
+            let light = AMBIENT * ambient + (1.0 - AMBIENT) * cosine * visibility[i];
             encode(self.albedo[i].map(|c| c * light))
         })
     }

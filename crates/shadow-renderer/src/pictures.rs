@@ -45,17 +45,18 @@ pub fn depth_image(stack: &ShadowMapStack) -> RgbImage {
 }
 
 /// Number of layers as colours from dark blue (1) to yellow (the maximum), one pixel a texel, empty texels light
-/// grey, with a scale bar to the right. The picture is wider than the map, and at least 96 pixels high.
+/// grey, with a scale bar to the right. Colours and scale are logarithmic: few texels have many layers. The picture is
+/// wider than the map, and at least 96 pixels high.
 pub fn layer_count_image(stack: &ShadowMapStack) -> RgbImage {
     const GAP: u32 = 8;
     const BAR: u32 = 16;
     let max = stack.layer_statistics().max;
     let color = |count: u32| match count {
         0 => EMPTY_LAYERS,
-        1 => ramp_color(if max == 1 { 1.0 } else { 0.0 }),
-        _ => ramp_color((count - 1) as f32 / (max - 1) as f32),
+        1 if max == 1 => ramp_color(1.0),
+        _ => ramp_color((count as f32).ln() / (max as f32).ln()),
     };
-    let label_width = max.max(1).to_string().len() as u32 * (GLYPH_WIDTH + 2);
+    let label_width = max.to_string().len() as u32 * (GLYPH_WIDTH + 2);
     let height = stack.height.max(96);
     let bar_x = stack.width + GAP;
     let mut picture = RgbImage::from_pixel(bar_x + BAR + 4 + label_width + GAP, height, PAPER);
@@ -63,19 +64,14 @@ pub fn layer_count_image(stack: &ShadowMapStack) -> RgbImage {
         let (x, y) = (texel as u32 % stack.width, texel as u32 / stack.width);
         picture.put_pixel(x, y, color(count));
     }
-    // One equal piece of the bar a count, the largest on top, emptiness at the bottom.
-    let (top, bottom) = (GLYPH_HEIGHT, height - GLYPH_HEIGHT);
-    let pieces = max + 1;
-    let length = bottom - top;
-    for y in top..bottom {
-        let count = (u64::from(bottom - 1 - y) * u64::from(pieces) / u64::from(length)) as u32;
+    // Emptiness at the bottom, the largest count on top.
+    let scale = Scale { top: GLYPH_HEIGHT, bottom: height - 3 * GLYPH_HEIGHT, max };
+    for y in scale.top..height - GLYPH_HEIGHT {
         for x in bar_x..bar_x + BAR {
-            picture.put_pixel(x, y, color(count));
+            picture.put_pixel(x, y, color(scale.count(y)));
         }
     }
-    for count in (0..pieces).step_by(tick_step(max, length) as usize) {
-        let from_bottom = (f64::from(count) + 0.5) * f64::from(length) / f64::from(pieces);
-        let middle = bottom - 1 - from_bottom as u32;
+    for (count, middle) in scale.labels() {
         for x in bar_x + BAR..bar_x + BAR + 3 {
             picture.put_pixel(x, middle, INK);
         }
@@ -84,18 +80,37 @@ pub fn layer_count_image(stack: &ShadowMapStack) -> RgbImage {
     picture
 }
 
-/// Least of 1, 2, 5, 10, 20, .. that keeps the labels of a scale of `length` pixels apart.
-fn tick_step(max: u32, length: u32) -> u32 {
-    let most_labels = (length / (GLYPH_HEIGHT + 4)).clamp(2, 12);
-    let mut power = 1u32;
-    loop {
-        for factor in [1, 2, 5] {
-            let step = power.saturating_mul(factor);
-            if max / step < most_labels {
-                return step;
+/// Counts from 1 to `max` along a bar of the pixel rows from `top` to `bottom`, each from ln(count) to ln(count + 1).
+struct Scale {
+    top: u32,
+    bottom: u32,
+    max: u32,
+}
+
+impl Scale {
+    /// The count that a row stands for; 0 below the bottom, and everywhere if there is no other.
+    fn count(&self, y: u32) -> u32 {
+        if y >= self.bottom || self.max == 0 {
+            return 0;
+        }
+        let part = (f64::from(self.bottom - y) - 0.5) / f64::from(self.bottom - self.top);
+        ((f64::from(self.max) + 1.0).powf(part) as u32).clamp(1, self.max)
+    }
+
+    /// Labelled counts and their rows: 0, the maximum, then round numbers first, as many as there is room for.
+    fn labels(&self) -> Vec<(u32, u32)> {
+        let mut labels = vec![(0, self.bottom + GLYPH_HEIGHT)];
+        let decades = (0..10).flat_map(|power| [1, 2, 5].map(|factor| factor * 10_u64.pow(power)));
+        let round = decades.filter_map(|count| u32::try_from(count).ok());
+        for count in [self.max].into_iter().chain(round).chain(1..20).filter(|c| (1..=self.max).contains(c)) {
+            let position = |count: f64| count.ln() / (f64::from(self.max) + 1.0).ln();
+            let part = 0.5 * (position(f64::from(count)) + position(f64::from(count) + 1.0));
+            let row = self.bottom - 1 - (part * f64::from(self.bottom - self.top)) as u32;
+            if labels.iter().all(|&(_, other)| row.abs_diff(other) >= GLYPH_HEIGHT + 4) {
+                labels.push((count, row));
             }
         }
-        power = power.saturating_mul(10);
+        labels
     }
 }
 
@@ -141,14 +156,33 @@ mod tests {
         let row: Vec<_> = (0..3).map(|x| *image.get_pixel(x, 0)).collect();
         assert_eq!(row, [EMPTY_LAYERS, ramp_color(0.0), ramp_color(1.0)]);
         // The bar shows every count's colour, and there is ink for ticks and digits.
-        for color in [EMPTY_LAYERS, ramp_color(0.0), ramp_color(0.5), ramp_color(1.0), INK] {
+        for color in [EMPTY_LAYERS, ramp_color(0.0), ramp_color(2f32.ln() / 3f32.ln()), ramp_color(1.0), INK]
+        {
             assert!(image.enumerate_pixels().any(|(x, _, p)| x > 3 && *p == color), "{color:?}");
         }
     }
 
     #[test]
-    fn tick_steps_are_round_and_few() {
-        assert_eq!([0, 5, 11, 12, 25, 130, 4000].map(|max| tick_step(max, 1000)), [1, 1, 1, 2, 5, 20, 500]);
-        assert!((1..200).all(|length| tick_step(u32::MAX, length) > 0));
+    fn scales_label_their_ends_without_overlap() {
+        for max in [0, 1, 2, 7, 38, 113, 4000, u32::MAX] {
+            for bottom in [66, 1000, 8000] {
+                let scale = Scale { top: 10, bottom, max };
+                let labels = scale.labels();
+                assert!(labels.iter().any(|l| l.0 == 0) && labels.iter().any(|l| l.0 == max), "{labels:?}");
+                let mut rows: Vec<u32> = labels.iter().map(|l| l.1).collect();
+                rows.sort();
+                assert!(rows.windows(2).all(|w| w[1] - w[0] > GLYPH_HEIGHT), "{max}: {labels:?}");
+                assert!(rows[0] >= 10 && labels.len() <= 40);
+                if max < 4000 && bottom == 1000 {
+                    assert!(labels.iter().all(|&(count, row)| scale.count(row) == count), "{labels:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_empty_stack_has_a_picture() {
+        let empty = ShadowMapStack { width: 2, height: 1, offsets: vec![0; 3], ..Default::default() };
+        assert!(layer_count_image(&empty).pixels().any(|p| *p == INK));
     }
 }

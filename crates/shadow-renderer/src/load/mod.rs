@@ -82,6 +82,8 @@ impl Loaded {
         let Some(bounds) = Bounds::of(&self.arrays) else {
             return Err(FileFault::Empty { degenerate: self.arrays.degenerate_triangles });
         };
+        // Of what the file shows: added ground would push the camera away.
+        let camera = self.camera.unwrap_or_else(|| fit_camera(&self.arrays, &bounds));
         if !has_ground(&self.arrays, &self.materials, &bounds) {
             add_ground(&mut self.arrays, &mut self.materials, &bounds);
         }
@@ -92,7 +94,7 @@ impl Loaded {
             triangle_material: self.arrays.triangle_material,
             materials: self.materials,
             views: vec![LightView { name: "default".into(), direction: DEFAULT_LIGHT }],
-            camera: self.camera.unwrap_or_else(|| fit_camera(&bounds)),
+            camera,
             degenerate_triangles: self.arrays.degenerate_triangles,
         })
     }
