@@ -351,6 +351,31 @@ mod tests {
     }
 
     #[test]
+    fn a_family_is_read_from_toml_and_its_mistakes_are_named() {
+        let folder = std::env::temp_dir().join(format!("msm-family-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = folder.join("family.toml");
+        let read = |text: &str| {
+            std::fs::write(&path, text).unwrap();
+            Basis::read_family(&path).map_err(|error| error.to_string())
+        };
+        let family = read("functions = ['z', 'exp(-3z)', 'z/(2+z)']").unwrap();
+        assert_eq!(family.iter().map(BasisFunction::name).collect::<Vec<_>>(), ["z", "exp(-3z)", "z/(2+z)"]);
+        for (text, needle) in [
+            ("functions = ['z', 'tan(z)']", "tan"),
+            ("functions = ['z', '1z']", "`z` appears twice"),
+            ("functions = []", "at least one"),
+            ("function = ['z']", "function"),
+            ("functions = 3", "invalid type"),
+        ] {
+            let error = read(text).unwrap_err();
+            assert!(error.contains(needle) && error.contains("family.toml"), "{text}: {error}");
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert!(Basis::read_family(&path).unwrap_err().to_string().contains("family.toml"));
+    }
+
+    #[test]
     fn useless_bases_are_errors_that_name_the_value() {
         for (text, needle) in [
             ("power:0", "power:0"),

@@ -1,4 +1,40 @@
 //! Sharp bounds on a depth distribution from generalised moments, with evidence.
+//!
+//! A filterable shadow map stores b(z), a vector of functions of the occluder depth; filtering turns it into the
+//! moments E_Z\[b\] of the distribution Z of depths in the filter kernel. How dark must a fragment at depth z_f then be
+//! at least? That is the least mass before z_f of any distribution with these moments (Peters and Klein, *Moment
+//! Shadow Mapping*, 2015, Problem 1).
+//!
+//! - [`Basis`] and [`BasisFunction`]: the map b, any formula in z.
+//! - [`DepthDistribution`]: weighted depths, their cumulative distribution and moments.
+//! - [`LowerBound`]: moments and z_f to [`Bounds`] with a [`Certificate`]; closed forms ([`Hamburger`],
+//!   [`Hausdorff4`], [`Trigonometric4`], [`Markov`]) and, for any basis on \[0, 1\], [`ExchangeSimplex`] and
+//!   [`LinearProgram`].
+//! - [`hamburger`], [`hausdorff`], [`trigonometric`], [`markov`]: the same closed forms as plain functions over `f32`,
+//!   `f64` or [`arithmetic::DoubleDouble`]; [`batch`]: many at once.
+//!
+//! ```
+//! use moment_problem::{Basis, DepthDistribution, ExchangeSimplex, Hamburger, LowerBound, hamburger};
+//!
+//! // A filter kernel: half of the texels at depth 0.2, the rest further away.
+//! let kernel = DepthDistribution::new(&[0.2, 0.45, 0.7], &[0.5, 0.2, 0.3])?;
+//!
+//! // The evidence form: certified bounds from four power moments.
+//! let bounds = Hamburger::<4>::default().bounds_of(&kernel, 0.6)?;
+//! assert!(bounds.lower <= kernel.cdf(0.6) && kernel.cdf(0.6) <= bounds.upper);
+//! assert!(bounds.gap() < 1e-8);
+//!
+//! // The fast form, from filtered moments.
+//! let b: Vec<f64> = kernel.moments(&Basis::power(4));
+//! let pair = hamburger::hamburger4(&[b[0], b[1], b[2], b[3]], 0.6);
+//! assert!((pair.lower - bounds.lower).abs() < 1e-9);
+//!
+//! // Any other basis.
+//! let basis: Basis = "z, exp(-2z), sin(3pi z)".parse()?;
+//! let other = ExchangeSimplex::new(&basis)?.bounds_of(&kernel, 0.6)?;
+//! assert!(other.lower <= kernel.cdf(0.6));
+//! # Ok::<(), moment_problem::MomentError>(())
+//! ```
 
 pub mod arithmetic;
 mod basis;
