@@ -172,7 +172,7 @@ mod tests {
                 let mut rows: Vec<u32> = labels.iter().map(|l| l.1).collect();
                 rows.sort();
                 assert!(rows.windows(2).all(|w| w[1] - w[0] > GLYPH_HEIGHT), "{max}: {labels:?}");
-                assert!(rows[0] >= 10 && labels.len() <= 40);
+                assert!(rows[0] >= 10, "{labels:?}");
                 if max < 4000 && bottom == 1000 {
                     assert!(labels.iter().all(|&(count, row)| scale.count(row) == count), "{labels:?}");
                 }
