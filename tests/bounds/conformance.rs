@@ -163,10 +163,13 @@ fn every_solver_passes_the_suite() {
     }
 }
 
+/// Spoils bounds, given z_f.
+type Fault = fn(&mut Bounds, f64);
+
 /// A solver with one planted mistake.
 struct Faulty {
     inner: Hamburger<4>,
-    fault: fn(&mut Bounds, f64),
+    fault: Fault,
 }
 
 impl LowerBound for Faulty {
@@ -188,7 +191,7 @@ impl LowerBound for Faulty {
 
 #[test]
 fn the_suite_notices_planted_faults() {
-    let faults: [(&str, fn(&mut Bounds, f64)); 6] = [
+    let faults: [(&str, Fault); 6] = [
         ("lower and upper swapped", |b, _| std::mem::swap(&mut b.lower, &mut b.upper)),
         ("a support point mirrored at z_f", |b, z_f| b.support[0] = 2.0 * z_f - b.support[0]),
         ("weights of two roots swapped", |b, _| b.weights.reverse()),

@@ -81,6 +81,9 @@ fn certified_reference_bounds_are_met() {
     }
 }
 
+/// Stored values to moments.
+type Decode = fn(&[f64]) -> Vec<f64>;
+
 /// How a peer stores moments: the inverse transform to moments, and the bias vector.
 struct Peer {
     file: &'static str,
@@ -88,7 +91,7 @@ struct Peer {
     unit: bool,
     bias: &'static [f64],
     /// Stored values to moments; `None` if moments are stored.
-    decode: Option<fn(&[f64]) -> Vec<f64>>,
+    decode: Option<Decode>,
     /// Share of rows that plain f64 arithmetic may miss by more than 1e-6.
     f64_misses: f64,
     /// Largest error of the evidence path: rounding of the peer's own float32 constants, where it has any.
