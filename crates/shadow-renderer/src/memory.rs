@@ -30,6 +30,11 @@ pub(crate) fn refused(what: &'static str, bytes: u64) -> RenderError {
     RenderError::OutOfMemory { what, needed_mib: bytes >> 20, available_mib: available() >> 20 }
 }
 
+/// A zeroed list, or a typed error where the allocator refuses. The pages are touched first by whoever fills them.
+pub(crate) fn zeroed<T: bytemuck::Zeroable>(what: &'static str, len: usize) -> Result<Vec<T>, RenderError> {
+    bytemuck::allocation::try_zeroed_vec(len).map_err(|()| refused(what, (len * size_of::<T>()) as u64))
+}
+
 /// Limit on fragments given the memory there is.
 pub(crate) struct Budget {
     fixed_bytes: u64,
