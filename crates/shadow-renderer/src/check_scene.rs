@@ -23,18 +23,25 @@ pub(crate) fn check_scene(scene: &Scene) -> Result<(), RenderError> {
     }
 }
 
+/// List entries checked by one task.
+const CHUNK: usize = 1 << 14;
+
 /// First triangle with a dangling index or a position that is not finite.
 fn first_broken(scene: &Scene) -> Option<usize> {
-    let finite = |position: &[f32; 3]| position.iter().all(|c| c.is_finite());
     let (vertices, materials) = (&scene.vertices, scene.materials.len());
-    // Lists read from front to back are fast, and all there is to do for a sound scene.
-    let largest_corner = scene.triangles.par_iter().map(|t| t[0].max(t[1]).max(t[2])).max();
-    let largest_material = scene.triangle_material.par_iter().copied().max();
-    let below = |largest: Option<u32>, end: usize| largest.is_none_or(|index| (index as usize) < end);
-    if below(largest_corner, vertices.len())
-        && below(largest_material, materials)
-        && vertices.par_iter().all(|v| finite(&v.position))
-    {
+    let finite = |position: &[f32; 3]| position.iter().fold(true, |finite, c| finite & c.is_finite());
+    // Reading the lists from front to back without a branch is fast, and all there is to do for a sound scene.
+    let corners_exist = scene.triangles.par_chunks(CHUNK).all(|chunk| {
+        let largest = chunk.iter().flatten().fold(0, |largest, &i| largest.max(i));
+        (largest as usize) < vertices.len()
+    });
+    let materials_exist = scene.triangle_material.par_chunks(CHUNK).all(|chunk| {
+        let largest = chunk.iter().fold(0, |largest, &i| largest.max(i));
+        (largest as usize) < materials
+    });
+    let all_finite =
+        || vertices.par_chunks(CHUNK).all(|c| c.iter().fold(true, |all, v| all & finite(&v.position)));
+    if corners_exist && materials_exist && all_finite() {
         return None;
     }
     (&scene.triangles, &scene.triangle_material).into_par_iter().position_first(|(t, &material)| {

@@ -67,25 +67,36 @@ fn margin(size: u32) -> f64 {
     f64::from(FIT_MARGIN.min(size / 9))
 }
 
+/// List entries read by one task.
+const CHUNK: usize = 1 << 14;
+
 /// Least and greatest coordinates, along each axis, of the vertices that triangles use.
 fn extent_along(scene: &Scene, axes: [[f64; 3]; 3]) -> [[f64; 3]; 2] {
     // Marking the vertices first is cheaper than three products for every corner.
-    let used: Vec<AtomicBool> = scene.vertices.iter().map(|_| AtomicBool::new(false)).collect();
-    scene.triangles.par_iter().flatten_iter().for_each(|&i| used[i as usize].store(true, Ordering::Relaxed));
+    let mut used: Vec<AtomicBool> = Vec::new();
+    used.resize_with(scene.vertices.len(), || AtomicBool::new(false));
+    scene.triangles.par_chunks(CHUNK).for_each(|chunk| {
+        for &i in chunk.iter().flatten() {
+            used[i as usize].store(true, Ordering::Relaxed);
+        }
+    });
     let nothing = || [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
     // Minima and maxima do not depend on the order of work.
-    (&scene.vertices, &used)
-        .into_par_iter()
-        .filter(|(_, used)| used.load(Ordering::Relaxed))
-        .fold(nothing, |[mut low, mut high], (vertex, _)| {
-            let p = vertex.position.map(f64::from);
-            for (k, axis) in axes.into_iter().enumerate() {
-                let t = dot(p, axis);
-                if t < low[k] {
-                    low[k] = t;
+    scene
+        .vertices
+        .par_chunks(CHUNK)
+        .zip(used.par_chunks(CHUNK))
+        .map(|(vertices, used)| {
+            let [mut low, mut high] = nothing();
+            for (vertex, used) in vertices.iter().zip(used) {
+                if !used.load(Ordering::Relaxed) {
+                    continue;
                 }
-                if t > high[k] {
-                    high[k] = t;
+                let p = vertex.position.map(f64::from);
+                for (k, axis) in axes.into_iter().enumerate() {
+                    let t = dot(p, axis);
+                    low[k] = if t < low[k] { t } else { low[k] };
+                    high[k] = if t > high[k] { t } else { high[k] };
                 }
             }
             [low, high]

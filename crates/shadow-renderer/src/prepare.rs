@@ -183,7 +183,8 @@ fn project(scene: &Scene, frame: &LightFrame) -> Result<Vec<Projected>, RenderEr
         !p.iter().all(|c| c.is_finite()) || p[0].abs().max(p[1].abs()) > f64::from(GUARD_TEXELS)
     };
     let any_outside = AtomicBool::new(false);
-    let mut projected = Vec::new();
+    let mut projected = Vec::with_capacity(scene.vertices.len());
+    crate::memory::prefer_huge_pages(&projected);
     scene
         .vertices
         .par_iter()

@@ -119,6 +119,8 @@ struct Scratch {
     triangles: Vec<u32>,
     gathered: Vec<PreparedTriangle>,
     fragments: Unordered,
+    starts: Vec<u32>,
+    keys: Vec<Key>,
 }
 
 /// Fragments in the order in which they were found.
@@ -146,7 +148,7 @@ impl Unordered {
     }
 
     /// Adds `count` neighbours from `texel` on; depths ascend by `depth.step` from `depth.next`.
-    #[inline]
+    #[inline(always)]
     fn push_row(&mut self, texel: u32, count: usize, mut depth: Depths, triangle: u32) {
         let mut done = 0;
         loop {
@@ -177,7 +179,7 @@ fn rasterize_band(
 ) -> Result<Band, RenderError> {
     let mut since = Instant::now();
     let (width, first_row) = (prepared.width, rows.start);
-    let Scratch { gathered, fragments, .. } = scratch;
+    let Scratch { gathered, fragments, starts, keys, .. } = scratch;
     fragments.len = 0;
     let mut counted = 0;
     let mut account = |len: usize| {
@@ -215,38 +217,47 @@ fn rasterize_band(
     account(fragments.len)?;
     BandTimes::add(&times.raster, &mut since);
 
-    let mut band = group(fragments, width as usize * rows.len());
+    let keys = group(fragments, width as usize * rows.len(), starts, keys);
     BandTimes::add(&times.group, &mut since);
 
-    let ends = band.starts.iter().skip(1);
-    for (&start, &end) in band.starts.iter().zip(ends) {
-        sort(&mut band.keys[start as usize..end as usize]);
+    for range in starts.windows(2) {
+        sort(&mut keys[range[0] as usize..range[1] as usize]);
     }
-    band.starts.pop();
+    // Copies go to fresh memory once and in order.
+    let band = Band { starts: starts[..starts.len() - 1].to_vec(), keys: keys.to_vec() };
     BandTimes::add(&times.sort, &mut since);
     Ok(band)
 }
 
-/// Counting sort by texel. The last of the `texels + 1` starts is the number of fragments.
-fn group(fragments: &Unordered, texels: usize) -> Band {
+/// Counting sort by texel: the keys, and in `starts` the first of each of the `texels` texels and the end.
+fn group<'a>(
+    fragments: &Unordered,
+    texels: usize,
+    starts: &mut Vec<u32>,
+    keys: &'a mut Vec<Key>,
+) -> &'a mut [Key] {
     let found = fragments.texels[..fragments.len].iter().zip(&fragments.keys[..fragments.len]);
-    let mut starts = vec![0u32; texels + 1];
+    starts.clear();
+    starts.resize(texels + 1, 0);
     for (&texel, _) in found.clone() {
         starts[texel as usize] += 1;
     }
     let mut sum = 0;
-    for start in &mut starts {
+    for start in starts.iter_mut() {
         sum += *start;
         *start = sum;
     }
+    if keys.len() < fragments.len {
+        keys.resize(fragments.keys.len(), 0);
+    }
+    let keys = &mut keys[..fragments.len];
     // Each texel is filled from its end, which leaves its start behind.
-    let mut keys = vec![0; fragments.len];
     for (&texel, &key) in found {
         let place = &mut starts[texel as usize];
         *place -= 1;
         keys[*place as usize] = key;
     }
-    Band { starts, keys }
+    keys
 }
 
 /// Ascending; most texels hold few fragments, for which insertion beats the general sort and comparing without
