@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use crate::fixed_point::depth_from_fixed;
+use crate::memory::zeroed;
 use crate::prepare::PreparedTriangles;
 use crate::stack::FacingBits;
 use crate::{RenderError, ShadowMapStack};
@@ -26,18 +27,18 @@ pub(crate) struct Band {
 }
 
 /// Joins bands, in the map's order, into a stack.
-pub(crate) fn assemble(
-    prepared: &PreparedTriangles,
-    bands: Vec<Band>,
-) -> Result<ShadowMapStack, RenderError> {
+pub(crate) fn assemble(prepared: PreparedTriangles, bands: Vec<Band>) -> Result<ShadowMapStack, RenderError> {
+    let PreparedTriangles { triangles, surfaces, width, height, .. } = prepared;
+    // Makes room for the stack.
+    drop(triangles);
     let fragments: usize = bands.iter().map(|b| b.keys.len()).sum();
     if fragments as u64 > u64::from(u32::MAX) {
         return Err(RenderError::TooManyFragments { at_least: fragments as u64 });
     }
-    let texels = prepared.width as usize * prepared.height as usize;
-    let mut offsets = zeroed::<u32>(texels + 1)?;
-    let mut depths = zeroed::<f32>(fragments)?;
-    let mut gradients = zeroed::<[f32; 2]>(fragments)?;
+    let texels = width as usize * height as usize;
+    let mut offsets = zeroed::<u32>("the stack", texels + 1)?;
+    let mut depths = zeroed::<f32>("the stack", fragments)?;
+    let mut gradients = zeroed::<[f32; 2]>("the stack", fragments)?;
     let mut words: Vec<AtomicU32> = Vec::new();
     words.resize_with(fragments.div_ceil(32), || AtomicU32::new(0));
     offsets[texels] = fragments as u32;
@@ -60,10 +61,10 @@ pub(crate) fn assemble(
         }
         let mut word = 0u32;
         for (i, &key) in band.keys.iter().enumerate() {
-            let triangle = &prepared.triangles[key as u32 as usize];
+            let surface = &surfaces[key as u32 as usize];
             depths[i] = depth_from_fixed((key >> 32) as u32);
-            gradients[i] = triangle.gradient;
-            word |= u32::from(triangle.light_facing) << ((first + i) % 32);
+            gradients[i] = surface.gradient;
+            word |= surface.light_facing << ((first + i) % 32);
             if (first + i) % 32 == 31 || i + 1 == band.keys.len() {
                 // Bands share their border words, each writes its own bits.
                 words[(first + i) / 32].fetch_or(word, Ordering::Relaxed);
@@ -73,17 +74,11 @@ pub(crate) fn assemble(
     });
     let words = words.into_iter().map(AtomicU32::into_inner).collect();
     Ok(ShadowMapStack {
-        width: prepared.width,
-        height: prepared.height,
+        width,
+        height,
         offsets,
         depths,
         gradients,
         light_facing: FacingBits { words, len: fragments },
     })
-}
-
-/// A zeroed list, or a typed error where the allocator refuses. The pages are touched first by whoever fills them.
-fn zeroed<T: bytemuck::Zeroable>(len: usize) -> Result<Vec<T>, RenderError> {
-    bytemuck::allocation::try_zeroed_vec(len)
-        .map_err(|()| crate::memory::refused("the stack", (len * size_of::<T>()) as u64))
 }

@@ -10,10 +10,12 @@ use crate::{AlphaMask, RenderError, Scene};
 const PLANE_BITS: u32 = 40;
 /// Depths are multiples of 2^-24 in [0, 1], exact in `f32`.
 pub(crate) const DEPTH_BITS: u32 = 24;
+/// Fractional bits that a depth loses when it is stored.
+const DEPTH_SHIFT: u32 = PLANE_BITS - DEPTH_BITS;
 
 /// A value, linear over texels: `base` at a reference texel's centre, plus a step per texel in x and y.
 /// All arithmetic wraps, as it does in the shader.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Zeroable)]
 pub(crate) struct Plane {
     pub base: i64,
     pub step: [i64; 2],
@@ -32,12 +34,12 @@ impl Plane {
         self.base.wrapping_add(along(self.step[0], x)).wrapping_add(along(self.step[1], y))
     }
 
-    /// The value as a depth in units of 2^-24, rounded, clamped to `low..=high`.
+    /// The values along a row from texel `x`, `y` on as depths clamped to `low..=high`.
     #[inline]
-    pub fn depth_at(&self, x: u32, y: u32, low: u32, high: u32) -> u32 {
-        let shift = PLANE_BITS - DEPTH_BITS;
-        let rounded = self.at(x, y).wrapping_add(1 << (shift - 1)) >> shift;
-        rounded.clamp(i64::from(low), i64::from(high)) as u32
+    pub fn depths_from(&self, x: u32, y: u32, low: u32, high: u32) -> Depths {
+        let half = 1 << (DEPTH_SHIFT - 1);
+        let [low, high] = [low, high].map(i64::from);
+        Depths { rounded: self.at(x, y).wrapping_add(half), step: self.step[0], low, high }
     }
 
     /// The index of the texel that holds the value in a repeating row of `size` texels, `size` < 2^16.
@@ -45,6 +47,25 @@ impl Plane {
     pub fn wrapped_texel_at(&self, x: u32, y: u32, size: u32) -> u32 {
         let fraction = (self.at(x, y) >> (PLANE_BITS - 32)) as u32;
         ((u64::from(fraction) * u64::from(size)) >> 32) as u32
+    }
+}
+
+/// Depths of neighbouring texels.
+#[derive(Clone, Copy)]
+pub(crate) struct Depths {
+    rounded: i64,
+    step: i64,
+    low: i64,
+    high: i64,
+}
+
+impl Depths {
+    /// This texel's depth in units of 2^-24, rounded and clamped; goes on to the right neighbour.
+    #[inline]
+    pub fn next(&mut self) -> u32 {
+        let depth = (self.rounded >> DEPTH_SHIFT).max(self.low).min(self.high) as u32;
+        self.rounded = self.rounded.wrapping_add(self.step);
+        depth
     }
 }
 

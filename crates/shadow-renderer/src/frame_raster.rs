@@ -3,11 +3,12 @@
 
 use rayon::prelude::*;
 
+use crate::check_scene::check_scene;
 use crate::edges::for_each_span;
 use crate::fixed_point::Plane;
 use crate::frame::NO_TRIANGLE;
 use crate::light_frame::{check_size, cross, dot, normalize};
-use crate::prepare::{NO_MASK, PreparedTriangle, area_twice, check_scene, snap};
+use crate::prepare::{NO_MASK, PreparedTriangle, area_twice, clockwise, snap};
 use crate::{Camera, Frame, RenderError, Scene};
 
 /// Rows rasterised together.
@@ -114,7 +115,7 @@ impl View {
 }
 
 /// A piece of a clipped triangle on the pixel grid.
-fn piece(corners: [[i32; 2]; 3], source: u32, width: u32, height: u32) -> Option<PreparedTriangle> {
+fn piece(corners: [[i32; 2]; 3], width: u32, height: u32) -> Option<PreparedTriangle> {
     let area = area_twice(corners);
     let [a, b, c] = corners;
     let mut bounds = [0; 4];
@@ -124,15 +125,12 @@ fn piece(corners: [[i32; 2]; 3], source: u32, width: u32, height: u32) -> Option
         bounds[k + 2] = (high.div_euclid(256) + 1).clamp(0, size as i32) as u16;
     }
     (area != 0 && bounds[0] < bounds[2] && bounds[1] < bounds[3]).then_some(PreparedTriangle {
-        corners: if area > 0 { corners } else { [a, c, b] },
+        corners: clockwise(corners, area),
         depth: Plane { base: 0, step: [0; 2] },
         depth_low: 0,
         depth_high: 0,
         bounds,
-        gradient: [0.0; 2],
         mask: NO_MASK,
-        source,
-        light_facing: false,
     })
 }
 
@@ -167,7 +165,7 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
     crate::fixed_point::Masks::new(scene)?;
     let view = View::new(&scene.camera, width, height)?;
     let position = |i: u32| scene.vertices[i as usize].position.map(f64::from);
-    let pieces: Vec<PreparedTriangle> = scene
+    let pieces: Vec<(u32, PreparedTriangle)> = scene
         .triangles
         .par_iter()
         .enumerate()
@@ -175,7 +173,7 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
             let polygon = view.clip(triangle.map(|i| view.camera_space(position(i))));
             let pixels: Vec<[i32; 2]> = polygon.iter().map(|&c| view.pixel(c)).collect();
             let fan = (2..pixels.len().max(2)).map(move |i| [pixels[0], pixels[i - 1], pixels[i]]);
-            fan.filter_map(move |corners| piece(corners, index as u32, width, height))
+            fan.filter_map(move |corners| Some((index as u32, piece(corners, width, height)?)))
         })
         .collect();
 
@@ -195,14 +193,14 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
         let first_row = index as u32 * BAND_ROWS;
         let rows = first_row..(first_row + BAND_ROWS).min(height);
         let mut nearest = vec![f64::INFINITY; triangle.len()];
-        for piece in &pieces {
+        for &(source, ref piece) in &pieces {
             if u32::from(piece.bounds[3]) <= rows.start || u32::from(piece.bounds[1]) >= rows.end {
                 continue;
             }
-            let corners = scene.triangles[piece.source as usize].map(|i| &scene.vertices[i as usize]);
+            let corners = scene.triangles[source as usize].map(|i| &scene.vertices[i as usize]);
             let world = corners.map(|v| v.position.map(f64::from));
             let surface = Surface::new(view.eye, world);
-            let material = &scene.materials[scene.triangle_material[piece.source as usize] as usize];
+            let material = &scene.materials[scene.triangle_material[source as usize] as usize];
             let mix = |w: [f64; 3], v: [[f64; 3]; 3]| {
                 [0, 1, 2].map(|k| w[0] * v[0][k] + w[1] * v[1][k] + w[2] * v[2][k])
             };
@@ -231,7 +229,7 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
                         }
                     }
                     nearest[pixel] = distance;
-                    triangle[pixel] = piece.source;
+                    triangle[pixel] = source;
                     position[pixel] = p.map(|c| c as f32);
                     albedo[pixel] = material.albedo;
                     let n = mix(w, corners.map(|v| v.normal.map(f64::from)));

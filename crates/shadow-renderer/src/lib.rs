@@ -2,6 +2,7 @@
 
 mod assemble;
 mod build;
+mod check_scene;
 mod edges;
 mod error;
 mod fit;

@@ -1,5 +1,7 @@
 //! Orthographic light space: from world positions to texels and depth.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 
 use crate::{RenderError, Scene};
@@ -65,6 +67,45 @@ fn margin(size: u32) -> f64 {
     f64::from(FIT_MARGIN.min(size / 9))
 }
 
+/// List entries read by one task.
+const CHUNK: usize = 1 << 14;
+
+/// Least and greatest coordinates, along each axis, of the vertices that triangles use.
+fn extent_along(scene: &Scene, axes: [[f64; 3]; 3]) -> [[f64; 3]; 2] {
+    // Marking the vertices first is cheaper than three products for every corner.
+    let mut used: Vec<AtomicBool> = Vec::new();
+    used.resize_with(scene.vertices.len(), || AtomicBool::new(false));
+    scene.triangles.par_chunks(CHUNK).for_each(|chunk| {
+        for &i in chunk.iter().flatten() {
+            used[i as usize].store(true, Ordering::Relaxed);
+        }
+    });
+    let nothing = || [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    // Minima and maxima do not depend on the order of work.
+    scene
+        .vertices
+        .par_chunks(CHUNK)
+        .zip(used.par_chunks(CHUNK))
+        .map(|(vertices, used)| {
+            let [mut low, mut high] = nothing();
+            for (vertex, used) in vertices.iter().zip(used) {
+                if !used.load(Ordering::Relaxed) {
+                    continue;
+                }
+                let p = vertex.position.map(f64::from);
+                for (k, axis) in axes.into_iter().enumerate() {
+                    let t = dot(p, axis);
+                    low[k] = if t < low[k] { t } else { low[k] };
+                    high[k] = if t > high[k] { t } else { high[k] };
+                }
+            }
+            [low, high]
+        })
+        .reduce(nothing, |a, b| {
+            [[0, 1, 2].map(|k| a[0][k].min(b[0][k])), [0, 1, 2].map(|k| a[1][k].max(b[1][k]))]
+        })
+}
+
 impl LightFrame {
     /// The frame's axes for a light travelling along `direction`, as (right, down, forward).
     ///
@@ -96,31 +137,8 @@ impl LightFrame {
     pub fn fit(scene: &Scene, direction: [f32; 3], width: u32, height: u32) -> Result<Self, RenderError> {
         check_size(width, height)?;
         let [right, down, forward] = Self::axes(direction)?;
-        crate::prepare::check_scene(scene)?;
-        let nothing = || ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        let join = |a: ([f64; 3], [f64; 3]), b: ([f64; 3], [f64; 3])| {
-            ([0, 1, 2].map(|k| a.0[k].min(b.0[k])), [0, 1, 2].map(|k| a.1[k].max(b.1[k])))
-        };
-        // Minima and maxima do not depend on the order of work.
-        let (low, high) = scene
-            .triangles
-            .par_iter()
-            .fold(nothing, |(mut low, mut high), triangle| {
-                for &index in triangle {
-                    let p = scene.vertices[index as usize].position.map(f64::from);
-                    for (k, axis) in [right, down, forward].into_iter().enumerate() {
-                        let t = dot(p, axis);
-                        if t < low[k] {
-                            low[k] = t;
-                        }
-                        if t > high[k] {
-                            high[k] = t;
-                        }
-                    }
-                }
-                (low, high)
-            })
-            .reduce(nothing, join);
+        crate::check_scene::check_scene(scene)?;
+        let [low, high] = extent_along(scene, [right, down, forward]);
         let extent = |k: usize| high[k] - low[k];
         let usable = |size: u32| f64::from(size) - 2.0 * margin(size);
         let scale = [(0, width), (1, height)].map(|(k, size)| {

@@ -1,5 +1,7 @@
 //! From a scene to snapped triangles with exact coverage: the one input of both backends.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::prelude::*;
 
 use crate::fixed_point::{DEPTH_BITS, MaskPlanes, Masks, Plane};
@@ -12,12 +14,13 @@ const GUARD_TEXELS: u32 = 16384;
 /// Marks a triangle without alpha mask.
 pub(crate) const NO_MASK: u32 = u32::MAX;
 
-/// One triangle on the texel grid.
-///
-/// Corners run clockwise on the map (positive area with y downwards), whichever side faces the light.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Triangles set up by one task.
+const CHUNK: usize = 1 << 12;
+
+/// Coverage and depth of one triangle on the texel grid.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Zeroable)]
 pub(crate) struct PreparedTriangle {
-    /// Corners in units of 1/256 texel.
+    /// Corners in units of 1/256 texel, as [`clockwise`] orders them, whichever side faces the light.
     pub corners: [[i32; 2]; 3],
     /// Depth, relative to the first texel of `bounds`.
     pub depth: Plane,
@@ -25,28 +28,74 @@ pub(crate) struct PreparedTriangle {
     pub depth_low: u32,
     /// Greatest depth of a corner in units of 2^-24.
     pub depth_high: u32,
-    /// Texels whose centre may be covered: x0, y0 inclusive, x1, y1 exclusive, inside the map, not empty.
+    /// Texels whose centre may be covered: x0, y0 inclusive, x1, y1 exclusive, inside the map.
     pub bounds: [u16; 4],
-    /// d depth / d texel x, d texel y.
-    pub gradient: [f32; 2],
     /// Index into [`PreparedTriangles::mask_planes`] or [`NO_MASK`].
     pub mask: u32,
-    /// Index of the triangle in the scene.
-    pub source: u32,
-    /// The geometric front side points to the light.
-    pub light_facing: bool,
 }
 
-/// All triangles of a scene that may cover a texel, in the scene's order.
+impl PreparedTriangle {
+    /// Stands for a triangle that covers nothing, so that triangles keep the scene's indices.
+    const DROPPED: Self = Self {
+        corners: [[0; 2]; 3],
+        depth: Plane { base: 0, step: [0; 2] },
+        depth_low: 0,
+        depth_high: 0,
+        bounds: [0; 4],
+        mask: NO_MASK,
+    };
+}
+
+/// What the fragments of a triangle share; apart from [`PreparedTriangle`], as the last step needs nothing else and
+/// wants it close together.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Zeroable)]
+pub(crate) struct Surface {
+    /// d depth / d texel x, d texel y.
+    pub gradient: [f32; 2],
+    /// 1 if the geometric front side points to the light, else 0.
+    pub light_facing: u32,
+}
+
+/// A vertex on the texel grid.
+#[derive(Clone, Copy)]
+struct Projected {
+    /// Texel coordinates and depth.
+    exact: [f64; 3],
+    /// Texel coordinates in units of 1/256 texel.
+    snapped: [i32; 2],
+}
+
+/// All triangles of a scene, in its order.
 #[derive(Clone, Debug)]
 pub struct PreparedTriangles {
     pub(crate) triangles: Vec<PreparedTriangle>,
+    pub(crate) surfaces: Vec<Surface>,
     pub(crate) mask_planes: Vec<MaskPlanes>,
     pub(crate) masks: Masks,
     pub(crate) width: u32,
     pub(crate) height: u32,
+    tally: Tally,
+}
+
+/// What became of some triangles.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    covering: usize,
     degenerate: usize,
     uncovering: usize,
+    /// Sum of twice the areas in squared sub-texels, each at most that of the bounds; saturating.
+    area_twice: u64,
+}
+
+impl Tally {
+    fn join(self, other: Self) -> Self {
+        Self {
+            covering: self.covering + other.covering,
+            degenerate: self.degenerate + other.degenerate,
+            uncovering: self.uncovering + other.uncovering,
+            area_twice: self.area_twice.saturating_add(other.area_twice),
+        }
+    }
 }
 
 impl PreparedTriangles {
@@ -61,128 +110,102 @@ impl PreparedTriangles {
     /// mask), [`RenderError::MapSize`], [`RenderError::GuardBand`] if a vertex lies over 16384 texels off.
     pub fn new(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
-        check_scene(scene)?;
+        crate::check_scene::check_scene(scene)?;
         Self::of_checked(scene, frame)
     }
 
-    /// The same for a scene that passed [`check_scene`] and a frame of supported size.
+    /// The same for a scene that passed [`check_scene`](crate::check_scene::check_scene) and a frame of supported
+    /// size.
     pub(crate) fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
-        let projected: Vec<[f64; 3]> =
-            scene.vertices.par_iter().map(|v| frame.project(v.position.map(f64::from))).collect();
-        let outside = |p: &[f64; 3]| {
-            !p.iter().all(|c| c.is_finite()) || p[0].abs().max(p[1].abs()) > f64::from(GUARD_TEXELS)
-        };
-        let strays = |t: &&[u32; 3]| t.iter().any(|&i| outside(&projected[i as usize]));
-        if let Some(triangle) = scene.triangles.par_iter().find_first(strays) {
-            let vertex = triangle.iter().map(|&i| i as usize).find(|&i| outside(&projected[i])).unwrap_or(0);
-            let [x, y, _] = projected[vertex];
-            return Err(RenderError::GuardBand { vertex, x, y, limit: GUARD_TEXELS });
-        }
-        let mut degenerate = 0;
-        let mut triangles: Vec<PreparedTriangle> = Vec::new();
-        (&scene.triangles, &scene.triangle_material)
-            .into_par_iter()
-            .enumerate()
-            .map(|(index, (triangle, &material))| {
-                let corners = triangle.map(|i| projected[i as usize]);
-                let mask = masks.of_material[material as usize];
-                set_up(corners, index as u32, mask, frame.width, frame.height)
+        let projected = project(scene, frame)?;
+        let count = scene.triangles.len();
+        let mut triangles: Vec<PreparedTriangle> = crate::memory::zeroed("the triangles", count)?;
+        let mut surfaces: Vec<Surface> = crate::memory::zeroed("the triangles", count)?;
+        let size = [frame.width, frame.height];
+        let input = scene.triangles.par_chunks(CHUNK).zip(scene.triangle_material.par_chunks(CHUNK));
+        let output = triangles.par_chunks_mut(CHUNK).zip(surfaces.par_chunks_mut(CHUNK));
+        let tally = input
+            .zip(output)
+            .map(|((corners, materials), (triangles, surfaces))| {
+                let mut tally = Tally::default();
+                let input = corners.iter().zip(materials);
+                for ((corners, &material), (triangle, surface)) in
+                    input.zip(triangles.iter_mut().zip(surfaces))
+                {
+                    let corners = corners.map(|i| projected[i as usize]);
+                    let mask = masks.of_material[material as usize];
+                    match set_up(&corners, mask, size, &mut tally) {
+                        Some(prepared) => (*triangle, *surface) = prepared,
+                        None => *triangle = PreparedTriangle::DROPPED,
+                    }
+                }
+                tally
             })
-            .collect_into_vec(&mut triangles);
-        // Compacting in place keeps the peak of memory low.
-        triangles.retain(|t| {
-            degenerate += usize::from(t.bounds == DEGENERATE);
-            t.bounds != DEGENERATE && t.bounds != UNCOVERING
-        });
+            .reduce(Tally::default, Tally::join);
         let mut mask_planes = Vec::new();
-        for triangle in triangles.iter_mut().filter(|t| t.mask != NO_MASK) {
-            let corners = scene.triangles[triangle.source as usize].map(|i| i as usize);
-            let uv = corners.map(|i| scene.vertices[i].uv);
-            if !uv.iter().flatten().all(|c| c.is_finite()) {
-                let what =
-                    format!("triangle {} has texture coordinates that are not finite", triangle.source);
-                return Err(RenderError::Scene { scene: scene.name.clone(), what });
-            }
-            let planes = set_up_mask(triangle, corners.map(|i| projected[i]), uv);
-            triangle.mask = mask_planes.len() as u32;
-            mask_planes.push(planes);
+        if !masks.entries.is_empty() {
+            mask_planes = set_up_masks(scene, &projected, &mut triangles)?;
         }
-        let uncovering = scene.triangles.len() - degenerate - triangles.len();
-        let (width, height) = (frame.width, frame.height);
-        Ok(Self { triangles, mask_planes, masks, width, height, degenerate, uncovering })
+        let [width, height] = size;
+        Ok(Self { triangles, surfaces, mask_planes, masks, width, height, tally })
     }
 
     /// Triangles that may cover a texel centre.
     pub fn len(&self) -> usize {
-        self.triangles.len()
+        self.tally.covering
     }
 
     /// True if no triangle covers a texel centre.
     pub fn is_empty(&self) -> bool {
-        self.triangles.is_empty()
+        self.tally.covering == 0
     }
 
     /// Triangles dropped because their area is zero after snapping.
     pub fn degenerate(&self) -> usize {
-        self.degenerate
+        self.tally.degenerate
     }
 
     /// Triangles dropped because they lie off the map or between texel centres.
     pub fn uncovering(&self) -> usize {
-        self.uncovering
+        self.tally.uncovering
     }
 
     /// Expected number of fragments from the triangles' areas, each at most its bounds; masks are ignored.
     pub fn estimated_fragments(&self) -> u64 {
-        let texels: f64 = self
-            .triangles
-            .par_iter()
-            .map(|t| {
-                let area = 0.5 * area_twice(t.corners) as f64 / f64::from(SUBTEXELS * SUBTEXELS);
-                let [x0, y0, x1, y1] = t.bounds.map(f64::from);
-                area.min((x1 - x0) * (y1 - y0))
-            })
-            .sum();
-        texels as u64
+        self.tally.area_twice / AREA_TWICE_OF_TEXEL
     }
 }
 
-/// Fails on dangling indices, lists of different lengths and positions that are not finite.
-pub(crate) fn check_scene(scene: &Scene) -> Result<(), RenderError> {
-    let fail = |what: String| Err(RenderError::Scene { scene: scene.name.clone(), what });
-    if scene.triangles.is_empty() {
-        return Err(RenderError::EmptyScene(scene.name.clone()));
-    }
-    if scene.triangles.len() > u32::MAX as usize {
-        return fail(format!("{} triangles, more than 2^32 - 1", scene.triangles.len()));
-    }
-    let (triangles, materials) = (scene.triangles.len(), scene.triangle_material.len());
-    if materials != triangles {
-        return fail(format!("{triangles} triangles have {materials} material indices"));
-    }
-    let vertices = &scene.vertices;
-    let broken =
-        (&scene.triangles, &scene.triangle_material).into_par_iter().position_first(|(t, &material)| {
-            let finite =
-                |i: &u32| vertices.get(*i as usize).is_some_and(|v| v.position.iter().all(|c| c.is_finite()));
-            material as usize >= scene.materials.len() || !t.iter().all(finite)
-        });
-    let Some(t) = broken else { return Ok(()) };
-    let material = scene.triangle_material[t];
-    if material as usize >= scene.materials.len() {
-        return fail(format!("triangle {t} has material {material} of {}", scene.materials.len()));
-    }
-    for vertex in scene.triangles[t] {
-        match vertices.get(vertex as usize) {
-            None => return fail(format!("triangle {t} has vertex {vertex} of {}", vertices.len())),
-            Some(v) if !v.position.iter().all(|c| c.is_finite()) => {
-                return fail(format!("vertex {vertex} has position {:?}", v.position));
+/// All vertices on the texel grid.
+fn project(scene: &Scene, frame: &LightFrame) -> Result<Vec<Projected>, RenderError> {
+    let outside = |p: &[f64; 3]| {
+        !p.iter().all(|c| c.is_finite()) || p[0].abs().max(p[1].abs()) > f64::from(GUARD_TEXELS)
+    };
+    let any_outside = AtomicBool::new(false);
+    let mut projected = Vec::with_capacity(scene.vertices.len());
+    crate::memory::prefer_huge_pages(&projected);
+    scene
+        .vertices
+        .par_iter()
+        .map(|v| {
+            let exact = frame.project(v.position.map(f64::from));
+            if outside(&exact) {
+                any_outside.store(true, Ordering::Relaxed);
             }
-            Some(_) => {}
+            Projected { exact, snapped: [snap(exact[0]), snap(exact[1])] }
+        })
+        .collect_into_vec(&mut projected);
+    if any_outside.into_inner() {
+        // A vertex without triangles may lie anywhere.
+        let strays = |&i: &u32| outside(&projected[i as usize].exact);
+        let triangle = scene.triangles.par_iter().find_first(|t| t.iter().any(strays));
+        if let Some(&vertex) = triangle.and_then(|t| t.iter().find(|i| strays(i))) {
+            let (vertex, [x, y, _]) = (vertex as usize, projected[vertex as usize].exact);
+            return Err(RenderError::GuardBand { vertex, x, y, limit: GUARD_TEXELS });
         }
     }
-    Ok(())
+    Ok(projected)
 }
 
 /// Twice the signed area in squared sub-texels, positive if clockwise on the map (y downwards).
@@ -195,77 +218,105 @@ fn area_twice_f64(c: [[f64; 2]; 3]) -> f64 {
     (c[1][0] - c[0][0]) * (c[2][1] - c[0][1]) - (c[1][1] - c[0][1]) * (c[2][0] - c[0][0])
 }
 
-/// Bounds of a triangle to be dropped because its area is zero.
-const DEGENERATE: [u16; 4] = [0; 4];
-/// Bounds of a triangle to be dropped because they contain no texel centre.
-const UNCOVERING: [u16; 4] = [1; 4];
+/// The same corners clockwise on the map (positive area with y downwards), the topmost first and of two topmost ones
+/// the left one; `area` is theirs.
+///
+/// Then the first side is a right or a top one, the last a left one, and the middle one a left, right or bottom one.
+#[inline]
+pub(crate) fn clockwise([a, b, c]: [[i32; 2]; 3], area: i64) -> [[i32; 2]; 3] {
+    let [b, c] = if area > 0 { [b, c] } else { [c, b] };
+    let above = |p: [i32; 2], q: [i32; 2]| [p[1], p[0]] < [q[1], q[0]];
+    let [a, b, c] = if above(b, a) && !above(c, b) { [b, c, a] } else { [a, b, c] };
+    if above(c, a) { [c, a, b] } else { [a, b, c] }
+}
 
-fn set_up(projected: [[f64; 3]; 3], source: u32, mask: u32, width: u32, height: u32) -> PreparedTriangle {
-    let mut corners = projected.map(|p| [snap(p[0]), snap(p[1])]);
-    let dropped = |bounds| PreparedTriangle {
-        corners,
-        depth: Plane { base: 0, step: [0; 2] },
-        depth_low: 0,
-        depth_high: 0,
-        bounds,
-        gradient: [0.0; 2],
-        mask,
-        source,
-        light_facing: false,
-    };
+/// Twice the area of a texel in squared sub-texels.
+const AREA_TWICE_OF_TEXEL: u64 = 2 * (SUBTEXELS * SUBTEXELS) as u64;
+
+/// `None` for a triangle that covers no texel centre by its area or bounds.
+#[inline]
+fn set_up(
+    vertices: &[Projected; 3],
+    mask: u32,
+    size: [u32; 2],
+    tally: &mut Tally,
+) -> Option<(PreparedTriangle, Surface)> {
+    let corners = vertices.map(|v| v.snapped);
     let area = area_twice(corners);
     if area == 0 {
-        return dropped(DEGENERATE);
+        tally.degenerate += 1;
+        return None;
     }
     let mut bounds = [0; 4];
-    for (k, size) in [width, height].into_iter().enumerate() {
-        let low = corners.iter().map(|c| c[k]).fold(i32::MAX, i32::min);
-        let high = corners.iter().map(|c| c[k]).fold(i32::MIN, i32::max);
+    for (k, size) in size.into_iter().enumerate() {
+        let low = corners[0][k].min(corners[1][k]).min(corners[2][k]);
+        let high = corners[0][k].max(corners[1][k]).max(corners[2][k]);
         let half = SUBTEXELS / 2;
         let first = (low - half + SUBTEXELS - 1).div_euclid(SUBTEXELS).max(0);
         let end = ((high - half).div_euclid(SUBTEXELS) + 1).min(size as i32);
         if first >= end {
-            return dropped(UNCOVERING);
+            tally.uncovering += 1;
+            return None;
         }
         (bounds[k], bounds[k + 2]) = (first as u16, end as u16);
     }
-    let plane_corners = plane_corners(projected, corners);
+    let box_texels = u64::from(bounds[2] - bounds[0]) * u64::from(bounds[3] - bounds[1]);
+    let area_of_bounds = box_texels * AREA_TWICE_OF_TEXEL;
+    tally.covering += 1;
+    tally.area_twice = tally.area_twice.saturating_add(area.unsigned_abs().min(area_of_bounds));
+    let plane_corners = plane_corners(vertices);
     let reference = [f64::from(bounds[0]) + 0.5, f64::from(bounds[1]) + 0.5];
-    let z = projected.map(|p| p[2]);
+    let z = vertices.map(|v| v.exact[2]);
     let (value, gradient) = plane_through(plane_corners, z, reference);
     let fixed_depth = |z: f64| (z * f64::from(1u32 << DEPTH_BITS) + 0.5) as u32; // negative becomes 0
     let (low, high) = (z[0].min(z[1]).min(z[2]), z[0].max(z[1]).max(z[2]));
-    if area < 0 {
-        corners.swap(1, 2);
-    }
-    PreparedTriangle {
-        corners,
+    let triangle = PreparedTriangle {
+        corners: clockwise(corners, area),
         depth: Plane::new(value, gradient),
         depth_low: fixed_depth(low).min(1 << DEPTH_BITS),
         depth_high: fixed_depth(high).min(1 << DEPTH_BITS),
         bounds,
-        gradient: gradient.map(|g| g as f32),
         mask,
-        source,
-        // The frame (right, down, forward) is right-handed and scenes wind counter-clockwise seen from the front,
-        // so the front normal's forward component has the sign of this area: negative points at the light.
-        light_facing: area_twice_f64(plane_corners) < 0.0,
-    }
+    };
+    // The frame (right, down, forward) is right-handed and scenes wind counter-clockwise seen from the front,
+    // so the front normal's forward component has the sign of this area: negative points at the light.
+    let light_facing = u32::from(area_twice_f64(plane_corners) < 0.0);
+    Some((triangle, Surface { gradient: gradient.map(|g| g as f32), light_facing }))
 }
 
 /// Corners before snapping, unless snapping changed the area too much for the plane through them to be of use.
-fn plane_corners(projected: [[f64; 3]; 3], snapped: [[i32; 2]; 3]) -> [[f64; 2]; 3] {
-    let exact = projected.map(|p| [p[0], p[1]]);
-    let snapped = snapped.map(|c| c.map(|v| f64::from(v) / f64::from(SUBTEXELS)));
+#[inline]
+fn plane_corners(vertices: &[Projected; 3]) -> [[f64; 2]; 3] {
+    let exact = vertices.map(|v| [v.exact[0], v.exact[1]]);
+    let snapped = vertices.map(|v| v.snapped.map(|c| f64::from(c) / f64::from(SUBTEXELS)));
     // The quotient of the areas is at least one half; multiplied out, as divisions are slow.
     let area = area_twice_f64(snapped);
     if area_twice_f64(exact) * area >= 0.5 * area * area { exact } else { snapped }
 }
 
-fn set_up_mask(triangle: &PreparedTriangle, projected: [[f64; 3]; 3], uv: [[f32; 2]; 3]) -> MaskPlanes {
-    // Undo the swap so that snapped and projected corners correspond.
-    let corners = projected.map(|p| [snap(p[0]), snap(p[1])]);
-    let plane_corners = plane_corners(projected, corners);
+/// Planes of all masked triangles in their order; `mask` becomes the index of the planes.
+fn set_up_masks(
+    scene: &Scene,
+    projected: &[Projected],
+    triangles: &mut [PreparedTriangle],
+) -> Result<Vec<MaskPlanes>, RenderError> {
+    let mut mask_planes = Vec::new();
+    for (source, triangle) in triangles.iter_mut().enumerate().filter(|(_, t)| t.mask != NO_MASK) {
+        let corners = scene.triangles[source].map(|i| i as usize);
+        let uv = corners.map(|i| scene.vertices[i].uv);
+        if !uv.iter().flatten().all(|c| c.is_finite()) {
+            let what = format!("triangle {source} has texture coordinates that are not finite");
+            return Err(RenderError::Scene { scene: scene.name.clone(), what });
+        }
+        let planes = set_up_mask(triangle, &corners.map(|i| projected[i]), uv);
+        triangle.mask = mask_planes.len() as u32;
+        mask_planes.push(planes);
+    }
+    Ok(mask_planes)
+}
+
+fn set_up_mask(triangle: &PreparedTriangle, vertices: &[Projected; 3], uv: [[f32; 2]; 3]) -> MaskPlanes {
+    let plane_corners = plane_corners(vertices);
     let reference = [f64::from(triangle.bounds[0]) + 0.5, f64::from(triangle.bounds[1]) + 0.5];
     let plane = |k: usize| {
         // Whole repetitions are taken off first, they would waste bits of the fixed point.
@@ -280,7 +331,8 @@ fn set_up_mask(triangle: &PreparedTriangle, projected: [[f64; 3]; 3], uv: [[f32;
 pub(crate) fn snap(texels: f64) -> i32 {
     // Truncation of a positive number rounds down, without a call that the plainest x86-64 lacks.
     const POSITIVE: i32 = 1 << 24;
-    (texels * f64::from(SUBTEXELS) + (f64::from(POSITIVE) + 0.5)) as i32 - POSITIVE
+    // Wrapping serves vertices far off, of which nothing but the absence of a panic is asked.
+    ((texels * f64::from(SUBTEXELS) + (f64::from(POSITIVE) + 0.5)) as i32).wrapping_sub(POSITIVE)
 }
 
 /// Value at `reference` and gradient of the linear function with the given values at the corners.

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use crate::RenderError;
 use crate::assemble::{Band, Key, key};
 use crate::edges::for_each_span;
+use crate::fixed_point::Depths;
 use crate::memory::Budget;
 use crate::prepare::{NO_MASK, PreparedTriangle, PreparedTriangles};
 
@@ -84,8 +85,8 @@ struct TrianglesOfBands {
 impl TrianglesOfBands {
     fn new(triangles: &[PreparedTriangle], first: usize, band_rows: u32, bands: u32) -> Self {
         let bands_of = |t: &PreparedTriangle| {
-            (u32::from(t.bounds[1]) / band_rows) as usize
-                ..=((u32::from(t.bounds[3]) - 1) / band_rows) as usize
+            let [_, y0, _, y1] = t.bounds.map(u32::from);
+            (y0 / band_rows) as usize..y1.div_ceil(band_rows) as usize
         };
         let mut starts = vec![0; bands as usize + 1];
         for triangle in triangles {
@@ -117,9 +118,54 @@ impl TrianglesOfBands {
 struct Scratch {
     triangles: Vec<u32>,
     gathered: Vec<PreparedTriangle>,
-    texel_of: Vec<u32>,
-    unordered: Vec<Key>,
-    next: Vec<u32>,
+    fragments: Unordered,
+    starts: Vec<u32>,
+    keys: Vec<Key>,
+}
+
+/// Fragments in the order in which they were found.
+#[derive(Default)]
+struct Unordered {
+    /// How many of the places below are taken.
+    len: usize,
+    texels: Vec<u32>,
+    keys: Vec<Key>,
+}
+
+/// Fragments computed at once. Rows of small triangles hold a few texels each, so that a loop over exactly those would
+/// end in a mispredicted branch every time; the surplus is overwritten by what follows.
+const LANES: usize = 4;
+
+impl Unordered {
+    /// Makes room for `more` fragments and a row's surplus.
+    #[inline]
+    fn reserve(&mut self, more: usize) {
+        let needed = self.len + more + LANES;
+        if needed > self.keys.len() {
+            self.texels.resize(needed.next_power_of_two(), 0);
+            self.keys.resize(needed.next_power_of_two(), 0);
+        }
+    }
+
+    /// Adds `count` neighbours from `texel` on; depths ascend by `depth.step` from `depth.next`.
+    #[inline(always)]
+    fn push_row(&mut self, texel: u32, count: usize, mut depth: Depths, triangle: u32) {
+        let mut done = 0;
+        loop {
+            let place = self.len + done;
+            let texels = &mut self.texels[place..place + LANES];
+            let keys = &mut self.keys[place..place + LANES];
+            for (lane, (t, k)) in texels.iter_mut().zip(keys).enumerate() {
+                *t = texel + (done + lane) as u32;
+                *k = key(depth.next(), triangle);
+            }
+            done += LANES;
+            if done >= count {
+                break;
+            }
+        }
+        self.len += count;
+    }
 }
 
 fn rasterize_band(
@@ -133,78 +179,113 @@ fn rasterize_band(
 ) -> Result<Band, RenderError> {
     let mut since = Instant::now();
     let (width, first_row) = (prepared.width, rows.start);
-    let texels = (width * rows.len() as u32) as usize;
-    // Counts go one entry late, so that the prefix sum leaves starts, and the ends end as the next one's starts.
-    let mut starts = vec![0u32; texels + 1];
-    let Scratch { gathered, texel_of, unordered, next, .. } = scratch;
-    texel_of.clear();
-    unordered.clear();
+    let Scratch { gathered, fragments, starts, keys, .. } = scratch;
+    fragments.len = 0;
     let mut counted = 0;
-    for (position, &index) in triangles.iter().enumerate() {
-        if position % GATHERED == 0 {
-            // Loads of one block overlap; triangle by triangle each would wait for memory.
-            let block = &triangles[position..triangles.len().min(position + GATHERED)];
-            gathered.clear();
-            gathered.extend(block.iter().map(|&t| prepared.triangles[t as usize]));
+    let mut account = |len: usize| {
+        let new = (len - std::mem::replace(&mut counted, len)) as u64;
+        budget.check(total.fetch_add(new, Ordering::Relaxed) + new)
+    };
+    for block in triangles.chunks(GATHERED) {
+        // Loads of one block overlap; triangle by triangle each would wait for memory.
+        gathered.clear();
+        gathered.extend(block.iter().map(|&t| prepared.triangles[t as usize]));
+        let before = fragments.len;
+        for (&index, triangle) in block.iter().zip(&*gathered) {
+            let [x0, y0, x1, y1] = triangle.bounds.map(u32::from);
+            fragments.reserve(((x1 - x0) * rows.len().min((y1 - y0) as usize) as u32) as usize);
+            let planes = (triangle.mask != NO_MASK).then(|| &prepared.mask_planes[triangle.mask as usize]);
+            for_each_span(triangle, rows.clone(), |y, span| {
+                let depths = |x: u32| {
+                    triangle.depth.depths_from(x - x0, y - y0, triangle.depth_low, triangle.depth_high)
+                };
+                let texel = (y - first_row) * width;
+                if let Some(planes) = planes {
+                    for x in span.filter(|x| prepared.masks.passes(planes, x - x0, y - y0)) {
+                        fragments.push_row(texel + x, 1, depths(x), index);
+                    }
+                } else {
+                    fragments.push_row(texel + span.start, span.len(), depths(span.start), index);
+                }
+            });
         }
-        let triangle = &gathered[position % GATHERED];
-        let planes = (triangle.mask != NO_MASK).then(|| &prepared.mask_planes[triangle.mask as usize]);
-        let [x0, y0, ..] = triangle.bounds.map(u32::from);
-        for_each_span(triangle, rows.clone(), |y, span| {
-            let first_texel = (y - first_row) * width;
-            let key_at = |x: u32| {
-                key(triangle.depth.depth_at(x - x0, y - y0, triangle.depth_low, triangle.depth_high), index)
-            };
-            if let Some(planes) = planes {
-                for x in span.filter(|x| prepared.masks.passes(planes, x - x0, y - y0)) {
-                    starts[(first_texel + x) as usize + 1] += 1;
-                    texel_of.push(first_texel + x);
-                    unordered.push(key_at(x));
-                }
-            } else {
-                for count in &mut starts[(first_texel + span.start + 1) as usize..][..span.len()] {
-                    *count += 1;
-                }
-                texel_of.extend(first_texel + span.start..first_texel + span.end);
-                unordered.extend(span.map(key_at));
-            }
-        });
         // A band may outgrow the memory by itself, so the check cannot wait for its end.
-        if unordered.len() - counted > 1 << 20 {
-            let new = (unordered.len() - counted) as u64;
-            budget.check(total.fetch_add(new, Ordering::Relaxed) + new)?;
-            counted = unordered.len();
+        if fragments.len - before > 1 << 16 {
+            account(fragments.len)?;
         }
     }
-    let new = (unordered.len() - counted) as u64;
-    budget.check(total.fetch_add(new, Ordering::Relaxed) + new)?;
+    account(fragments.len)?;
     BandTimes::add(&times.raster, &mut since);
 
-    for texel in 0..texels {
-        starts[texel + 1] += starts[texel];
-    }
-    next.clone_from(&starts);
-    let mut keys = vec![0; unordered.len()];
-    for (&texel, &key) in texel_of.iter().zip(&*unordered) {
-        let slot = &mut next[texel as usize];
-        keys[*slot as usize] = key;
-        *slot += 1;
-    }
+    let keys = group(fragments, width as usize * rows.len(), starts, keys);
     BandTimes::add(&times.group, &mut since);
 
-    for texel in 0..texels {
-        sort(&mut keys[starts[texel] as usize..starts[texel + 1] as usize]);
+    for range in starts.windows(2) {
+        sort(&mut keys[range[0] as usize..range[1] as usize]);
     }
-    starts.pop();
+    // Copies go to fresh memory once and in order.
+    let band = Band { starts: starts[..starts.len() - 1].to_vec(), keys: keys.to_vec() };
     BandTimes::add(&times.sort, &mut since);
-    Ok(Band { starts, keys })
+    Ok(band)
 }
 
-/// Ascending; most texels hold few fragments, for which insertion beats the general sort.
-fn sort(keys: &mut [Key]) {
-    if keys.len() > 24 {
-        return keys.sort_unstable();
+/// Counting sort by texel: the keys, and in `starts` the first of each of the `texels` texels and the end.
+fn group<'a>(
+    fragments: &Unordered,
+    texels: usize,
+    starts: &mut Vec<u32>,
+    keys: &'a mut Vec<Key>,
+) -> &'a mut [Key] {
+    let found = fragments.texels[..fragments.len].iter().zip(&fragments.keys[..fragments.len]);
+    starts.clear();
+    starts.resize(texels + 1, 0);
+    for (&texel, _) in found.clone() {
+        starts[texel as usize] += 1;
     }
+    let mut sum = 0;
+    for start in starts.iter_mut() {
+        sum += *start;
+        *start = sum;
+    }
+    if keys.len() < fragments.len {
+        keys.resize(fragments.keys.len(), 0);
+    }
+    let keys = &mut keys[..fragments.len];
+    // Each texel is filled from its end, which leaves its start behind.
+    for (&texel, &key) in found {
+        let place = &mut starts[texel as usize];
+        *place -= 1;
+        keys[*place as usize] = key;
+    }
+    keys
+}
+
+/// Ascending; most texels hold few fragments, for which insertion beats the general sort and comparing without
+/// branches beats insertion.
+#[inline]
+fn sort(keys: &mut [Key]) {
+    let ordered = |a: Key, b: Key| (a.min(b), a.max(b));
+    match keys {
+        [] | [_] => {}
+        [a, b] => (*a, *b) = ordered(*a, *b),
+        [a, b, c] => {
+            (*a, *b) = ordered(*a, *b);
+            (*b, *c) = ordered(*b, *c);
+            (*a, *b) = ordered(*a, *b);
+        }
+        [a, b, c, d] => {
+            (*a, *b) = ordered(*a, *b);
+            (*c, *d) = ordered(*c, *d);
+            (*a, *c) = ordered(*a, *c);
+            (*b, *d) = ordered(*b, *d);
+            (*b, *c) = ordered(*b, *c);
+        }
+        _ if keys.len() > 24 => keys.sort_unstable(),
+        _ => insertion_sort(keys),
+    }
+}
+
+fn insertion_sort(keys: &mut [Key]) {
     for i in 1..keys.len() {
         let inserted = keys[i];
         let mut hole = i;

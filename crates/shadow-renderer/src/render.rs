@@ -183,14 +183,15 @@ fn render_timed(
         None => rasterize_timed(&prepared, &budget, &mut times)?,
     };
     let assembling = Instant::now();
-    let stack = assemble(&prepared, bands)?;
+    let (degenerate_triangles, uncovering_triangles) = (prepared.degenerate(), prepared.uncovering());
+    let stack = assemble(prepared, bands)?;
     times.assemble = assembling.elapsed();
     times.total = start.elapsed();
     let report = RenderReport {
         frame: *frame,
         triangles: scene.triangles.len(),
-        degenerate_triangles: prepared.degenerate(),
-        uncovering_triangles: prepared.uncovering(),
+        degenerate_triangles,
+        uncovering_triangles,
         fragments: stack.fragments(),
         adapter,
         fallback,

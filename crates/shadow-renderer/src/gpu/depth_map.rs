@@ -67,7 +67,7 @@ impl DepthMap {
     /// [`RenderError::EmptyScene`] and [`RenderError::Scene`] as for stacks.
     pub fn render(scene: &Scene, frame: &LightFrame, sampling: Sampling) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
-        crate::prepare::check_scene(scene)?;
+        crate::check_scene::check_scene(scene)?;
         let masks = Masks::new(scene)?;
         let gpu = gpu().map_err(|reason| RenderError::Gpu(reason.to_owned()))?;
         let scopes = Scopes::open(&gpu.device);
