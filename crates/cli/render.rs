@@ -32,7 +32,7 @@ pub struct Arguments {
     /// procedural scenes, (0.8, -0.6, 0.35) for files.
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     view: Option<String>,
-    /// Light views in place of the scene's own: [[view]] tables with name and direction.
+    /// Light views in place of the scene's own: a TOML file of `view` tables with name and direction.
     #[arg(long, value_name = "FILE.toml")]
     views: Option<PathBuf>,
     /// Texels of the shadow map, N for a square or WxH.
