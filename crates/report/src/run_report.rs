@@ -9,7 +9,10 @@ use std::fmt::Write as _;
 /// Everything that `msm report` writes into a run directory, computed from its records alone.
 pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
-    let Kind::Bounds(bounds) = &experiment.kind;
+    let bounds = match &experiment.kind {
+        Kind::Bounds(bounds) => bounds,
+        Kind::Filterable(_) => return Ok(Vec::new()),
+    };
     let tables = Tables::read(run)?;
     let kernels: Vec<KernelRecord> = run.rows("kernels.csv")?;
     let mut files = Vec::new();
