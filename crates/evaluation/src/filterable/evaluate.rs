@@ -273,7 +273,7 @@ impl Tables {
         Ok(Recorded { files, trials, failed })
     }
 
-    /// Rows per view, per scene and pooled, the latter two by class too.
+    /// Rows per view, per scene and pooled, the latter two by class too; for all biases but the first only the pooled row.
     fn records(&self, plan: &Plan<'_>) -> Vec<FilterableRecord> {
         let mut scenes: Vec<&str> = Vec::new();
         for view in &self.views {
@@ -300,6 +300,10 @@ impl Tables {
                     };
                     records.push(record(&group, &outcomes, error.unwrap_or_default()));
                 };
+                if bias > 0 {
+                    push("all", "all", (0..self.views.len()).collect(), None);
+                    continue;
+                }
                 for (index, view) in self.views.iter().enumerate() {
                     push(&view.scene, &view.view, vec![index], None);
                 }
