@@ -13,15 +13,14 @@ use std::io::Cursor;
 /// The maps of a view, if the experiment wants any.
 pub(crate) fn draw(plan: &Plan<'_>, view: &View) -> Result<Vec<RecordedFile>, EvaluationError> {
     let settings = &plan.experiment.maps;
-    let id = format!("{}/{}", view.scene, view.name);
-    if !settings.views.iter().any(|wanted| wanted == "*" || *wanted == id) {
+    if !settings.covers(&view.scene, &view.name) {
         return Ok(Vec::new());
     }
     let truth: Vec<f64> =
         view.receivers.par_iter().map(|receiver| plan.reference(view, receiver, 0)).collect();
     let mut files = Vec::new();
     let techniques = plan.experiment.technique.iter().zip(&plan.methods);
-    for (technique, method) in techniques.filter(|(technique, _)| !technique.is_certified()) {
+    for (technique, method) in techniques.filter(|(technique, _)| settings.shows(technique)) {
         let fail = |error| technique.failure(error);
         let shader = method.prepare(view, &plan.kernel).map_err(fail)?;
         let shade =

@@ -98,7 +98,8 @@ fn draw_one(
                 picture: picture.id.clone(),
                 technique: (*name).clone(),
                 z_f: rounded(z_f),
-                intensity: shader.shade(x, y, z_f).ok().map(rounded),
+                // A millionth of intensity is far below what a line shows.
+                intensity: shader.shade(x, y, z_f).ok().map(|g| (g * 1e6).round() / 1e6 + 0.0),
             });
         }
     }

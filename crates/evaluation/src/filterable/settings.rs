@@ -90,6 +90,9 @@ pub struct FilterableTechnique {
 pub struct MapSettings {
     /// Views as `scene/view`; `*` for all.
     pub views: Vec<String>,
+    /// Names of techniques; empty for all but those that solve a linear program.
+    #[serde(default)]
+    pub techniques: Vec<String>,
     /// Largest side of a map in pixels; larger shadow maps are reduced to the worst value of each block.
     pub size: u32,
 }
@@ -150,6 +153,11 @@ impl FilterableExperiment {
         if !self.maps.views.is_empty() && self.maps.size == 0 {
             return fail("maps.size = 0 leaves no pixel".to_owned());
         }
+        for name in &self.maps.techniques {
+            if !self.technique.iter().any(|technique| technique.name == *name) {
+                return fail(format!("maps.techniques: technique `{name}` is not defined"));
+            }
+        }
         for (i, picture) in self.picture.iter().enumerate() {
             let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
             if picture.id.is_empty() || !picture.id.chars().all(plain) {
@@ -188,6 +196,20 @@ impl FilterableExperiment {
     /// How F is computed under a bias.
     pub(crate) fn reference(&self, bias: &BiasSetting) -> Reference {
         Reference { bias: bias.reference, plane_limit: self.plane_limit }
+    }
+}
+
+impl MapSettings {
+    /// Whether a technique is drawn.
+    pub fn shows(&self, technique: &FilterableTechnique) -> bool {
+        let named = self.techniques.contains(&technique.name);
+        named || (self.techniques.is_empty() && !technique.is_certified())
+    }
+
+    /// Whether a view is drawn.
+    pub fn covers(&self, scene: &str, view: &str) -> bool {
+        let id = format!("{scene}/{view}");
+        self.views.iter().any(|wanted| wanted == "*" || *wanted == id)
     }
 }
 
