@@ -167,7 +167,7 @@ impl Sheet<'_> {
     }
 }
 
-pub(crate) fn lower_stroke(colour: RGBColor) -> Stroke {
+fn lower_stroke(colour: RGBColor) -> Stroke {
     Stroke { colour, width: 8, dashed: false }
 }
 

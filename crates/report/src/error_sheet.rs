@@ -107,7 +107,8 @@ fn bar(palette: Palette, y: u32) -> String {
     let _ = writeln!(
         text,
         "<text x=\"{GAP}\" y=\"{0}\">{left}</text>\n<text x=\"{end}\" y=\"{0}\" text-anchor=\"end\">{right}</text>\n\
-         <text x=\"{1}\" y=\"{2}\">a pixel shows the fragment of largest error in its texels, whatever the layer</text>",
+         <text x=\"{1}\" y=\"{2}\">a pixel shows the fragment of largest error</text>\n\
+         <text x=\"{1}\" y=\"{0}\">in its texels, whatever the layer</text>",
         y + 28,
         end + 16,
         y + 11
