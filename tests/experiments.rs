@@ -141,3 +141,91 @@ fn report_rewrites_the_same_files() {
     assert!(msm(&["report", run.to_str().unwrap()]).status.success());
     assert_eq!(before, std::fs::read(&page).unwrap());
 }
+
+#[test]
+fn mistakes_in_techniques_and_scenes_name_key_and_value() {
+    let folder = directory("techniques");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/filterable.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let cases = [
+        ("kind = \"vsm\"", "kind = \"vsmm\"", "vsmm"),
+        ("size = 9, sigma", "size = 8, sigma", "size = 8"),
+        ("exponent = 80.0", "exponent = 120.0", "exponent = 120"),
+        ("positive = 42.0", "positive = 50.0", "positive = 50"),
+        ("texels = 1.0, slopes = 2.0", "texels = -1.0, slopes = 2.0", "texels = -1"),
+        ("plane_limit = 0.05", "plane_limit = 7.0", "plane_limit = 7"),
+        ("scenes = [\"stairs\"]", "scenes = [\"castle\"]", "castle"),
+        ("views = [\"oblique\"]", "views = [\"midnight\"]", "midnight"),
+        ("beta = 0.5", "beta = 1.5", "beta = 1.5"),
+        ("layers = 4", "layer = 4", "layer"),
+        ("id = \"kernel\"", "id = \"kernel\"\ntexel = [1, 2]", "texel = [1, 2]"),
+        ("\nfragments = 400", "\nfragments = 3", "certified_fragments = 4"),
+    ];
+    for (i, (old, new, needle)) in cases.into_iter().enumerate() {
+        assert!(text.contains(old), "{old}");
+        let path = folder.join(format!("case-{i}.toml"));
+        std::fs::write(&path, text.replacen(old, new, 1)).unwrap();
+        let out = folder.join("results");
+        let command = ["run", path.to_str().unwrap(), "--scale", "smoke", "--out", out.to_str().unwrap()];
+        let output = msm(&command);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{new}: {message}");
+        assert!(message.contains(needle), "{new}: {message}");
+    }
+}
+
+#[test]
+fn another_scene_replaces_the_experiments_own() {
+    let experiments = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments");
+    let out = directory("scene");
+    // A wall over a ground, from a file.
+    let file = out.join("wall.obj");
+    let vertices = "v -4 0 -4\nv 4 0 -4\nv 4 0 4\nv -4 0 4\nv -1 1 -1\nv 1 1 -1\nv 1 1 1\nv -1 1 1\n";
+    std::fs::write(&file, format!("{vertices}f 4 3 2 1\nf 8 7 6 5\n")).unwrap();
+    let run = smoke(&experiments.join("filterable.toml"), &out, &["--scene", file.to_str().unwrap()]);
+    let views = std::fs::read_to_string(run.join("views.csv")).unwrap();
+    assert!(views.contains("wall.obj,default"), "{views}");
+    assert!(std::fs::read_to_string(run.join("provenance.json")).unwrap().contains("wall.obj"));
+    assert!(run.join("kernel.svg").is_file() && run.join("leak-wall-default.svg").is_file());
+    let reported = msm(&["report", run.to_str().unwrap()]);
+    assert!(reported.status.success());
+    for (experiment, scene, needle) in
+        [("bounds.toml", "stairs", "--scene"), ("filterable.toml", "no-such.glb", "no-such.glb")]
+    {
+        let path = experiments.join(experiment);
+        let out = out.join("none");
+        let command = ["run", path.to_str().unwrap(), "--scale", "smoke", "--scene", scene];
+        let output = msm(&[&command[..], &["--out", out.to_str().unwrap()]].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+        assert!(message.contains(needle), "{message}");
+    }
+}
+
+#[test]
+fn the_order_of_techniques_and_bounds_that_hold_at_smoke_scale() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/filterable.toml");
+    let run = smoke(&path, &directory("order"), &[]);
+    let mut reader = csv::Reader::from_path(run.join("records.csv")).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
+    let wanted =
+        ["scene", "technique", "bias", "class", "l1_error", "leak", "unbiased_violations"].map(column);
+    let mut pooled = std::collections::BTreeMap::new();
+    for row in reader.records().map(Result::unwrap) {
+        let [scene, technique, bias, class, l1, leak, violations] = wanted.map(|i| row[i].to_owned());
+        assert!(violations.is_empty() || violations == "0", "{technique}: {violations} violations");
+        if (scene.as_str(), bias.as_str(), class.as_str()) == ("all", "0", "all") {
+            pooled.insert(technique, (l1.parse::<f64>().unwrap(), leak.parse::<f64>().unwrap()));
+        }
+    }
+    let leak = |name: &str| pooled[name].1;
+    assert_eq!(leak("PCF 9x9"), 0.0);
+    // More moments of the same kind, and more prior knowledge, never leak more.
+    for pair in ["Hamburger 8", "Hamburger 6", "Hamburger 4", "VSM"].windows(2) {
+        assert!(leak(pair[0]) < leak(pair[1]), "{pair:?}: {pooled:?}");
+    }
+    assert!(leak("Hausdorff 4") <= leak("Hamburger 4") + 1e-9);
+    assert!(leak("VSM") < leak("ESM, c = 80"));
+    assert!(pooled["Hamburger 4"].0 < pooled["VSM"].0);
+}

@@ -19,6 +19,9 @@ pub struct Arguments {
     /// Where EXPERIMENT/RUN/ is created; an existing run is never overwritten.
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
+    /// Scene to evaluate in place of the experiment's: a procedural name or a .glb, .gltf or .obj file; repeatable.
+    #[arg(long = "scene", value_name = "FILE")]
+    scenes: Vec<String>,
     /// Seed in place of the experiment's own.
     #[arg(long)]
     seed: Option<u64>,
@@ -59,7 +62,9 @@ struct Answer {
 /// Runs, records, draws.
 pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let scale = Scale::from(arguments.scale);
-    let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed).map_err(failure)?;
+    let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed)
+        .and_then(|experiment| experiment.with_scenes(&arguments.scenes))
+        .map_err(failure)?;
     let bar = Bar::new("trials");
     let progress = |done: usize, total: usize| bar.set(done, total);
     let options = RunOptions {

@@ -2,6 +2,7 @@
 
 use crate::bounds::BoundsExperiment;
 use crate::error::EvaluationError;
+use crate::filterable::FilterableExperiment;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
@@ -53,6 +54,8 @@ pub struct Experiment {
 pub enum Kind {
     /// Bounds over all fragment depths for given kernels and bases.
     Bounds(BoundsExperiment),
+    /// Filterable shadow maps against percentage-closer filtering on scenes.
+    Filterable(FilterableExperiment),
 }
 
 impl Kind {
@@ -64,7 +67,12 @@ impl Kind {
                 experiment.check().map_err(|error| error.to_string())?;
                 Ok(Self::Bounds(experiment))
             }
-            _ => Err(format!("kind = {kind} is unknown (known: \"bounds\")")),
+            Some("filterable") => {
+                let experiment: FilterableExperiment = table.try_into().map_err(|error| one_line(&error))?;
+                experiment.check().map_err(|error| error.to_string())?;
+                Ok(Self::Filterable(experiment))
+            }
+            _ => Err(format!("kind = {kind} is unknown (known: \"bounds\", \"filterable\")")),
         }
     }
 }
@@ -105,6 +113,39 @@ impl Experiment {
         let Some((resolved, kind)) = resolved else { return Err(fail(format!("scale {scale} is missing"))) };
         let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         Ok(Self { name, source, resolved, kind })
+    }
+}
+
+impl Experiment {
+    /// Evaluates other scenes than the file's: procedural names or scene files.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Value`] for an experiment that has no scenes.
+    pub fn with_scenes(mut self, scenes: &[String]) -> Result<Self, EvaluationError> {
+        if scenes.is_empty() {
+            return Ok(self);
+        }
+        let Kind::Filterable(experiment) = &mut self.kind else {
+            let reason = format!("experiment `{}` has no scenes that --scene could replace", self.name);
+            return Err(EvaluationError::Value(reason));
+        };
+        experiment.with_scenes(scenes);
+        let fail = |error: toml::ser::Error| EvaluationError::Table {
+            table: "experiment.toml".to_owned(),
+            reason: error.to_string(),
+        };
+        let mut resolved = Table::try_from(&*experiment).map_err(fail)?;
+        resolved.insert("kind".to_owned(), Value::String("filterable".to_owned()));
+        self.resolved = resolved;
+        Ok(self)
+    }
+
+    /// Scenes that the experiment reads, for their hashes.
+    pub(crate) fn scenes(&self) -> &[String] {
+        match &self.kind {
+            Kind::Bounds(_) => &[],
+            Kind::Filterable(experiment) => &experiment.scenes,
+        }
     }
 }
 

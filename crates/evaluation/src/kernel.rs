@@ -113,10 +113,10 @@ pub fn uniform_distribution(depths: &[f64]) -> Result<DepthDistribution, Evaluat
 }
 
 /// SplitMix64, whose stream is part of the records: no dependency may change it.
-struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    fn new(seed: u64, stream: u64, substream: u64) -> Self {
+    pub(crate) fn new(seed: u64, stream: u64, substream: u64) -> Self {
         let mut random = Self(seed);
         let mixed = random.next() ^ stream.wrapping_mul(0xd1b5_4a32_d192_ed03);
         let mut random = Self(mixed);
@@ -132,7 +132,7 @@ impl Random {
     }
 
     /// Uniform in \[0, 1).
-    fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 }

@@ -7,6 +7,7 @@
 mod bounds;
 mod error;
 mod experiment;
+mod filterable;
 mod kernel;
 mod method;
 mod provenance;
@@ -18,8 +19,13 @@ pub use bounds::{
 };
 pub use error::EvaluationError;
 pub use experiment::{Experiment, Kind, Scale};
+pub use filterable::{
+    AgreementRecord, BiasSetting, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
+    FilterableTechnique, FilterableTiming, MapSettings, Picture, PictureRecord, ViewRecord, map_name,
+};
 pub use kernel::{Kernel, Region, Surface, uniform_distribution};
 pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
+pub use shadow_filtering::DepthBias;

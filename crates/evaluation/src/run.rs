@@ -66,9 +66,18 @@ impl Experiment {
             RunDirectory::create(options.results, &self.name, &format!("{name}-{}", options.scale))?;
         let (result, seed) = match &self.kind {
             Kind::Bounds(experiment) => (pool.install(|| experiment.run(options.progress)), experiment.seed),
+            Kind::Filterable(experiment) => {
+                (pool.install(|| experiment.run(options.progress)), experiment.seed)
+            }
         };
         let recorded = result.inspect_err(|_| directory.remove_if_empty())?;
-        let input = format!("{}.toml", self.name);
+        let mut inputs = BTreeMap::from([(format!("{}.toml", self.name), sha256(self.source.as_bytes()))]);
+        for scene in self.scenes() {
+            // Procedural scenes are no files; a scene file was read a moment ago.
+            if let (Some(name), Ok(bytes)) = (Path::new(scene).file_name(), std::fs::read(scene)) {
+                inputs.insert(name.to_string_lossy().into_owned(), sha256(&bytes));
+            }
+        }
         let provenance = Provenance {
             build: options.build.clone(),
             command: options.command.clone(),
@@ -80,7 +89,7 @@ impl Experiment {
             cpu: cpu_model(),
             logical_cores: logical_cores(),
             os: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
-            inputs: BTreeMap::from([(input, sha256(self.source.as_bytes()))]),
+            inputs,
         };
         directory.write("experiment.toml", self.resolved.to_string().as_bytes())?;
         for file in &recorded.files {

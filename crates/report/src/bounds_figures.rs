@@ -171,7 +171,7 @@ fn lower_stroke(colour: RGBColor) -> Stroke {
     Stroke { colour, width: 8, dashed: false }
 }
 
-fn draw_title(area: &Area<'_>, title: &str) -> Drawn {
+pub(crate) fn draw_title(area: &Area<'_>, title: &str) -> Drawn {
     let middle = (area.dim_in_pixel().0 / 2) as i32;
     let style = anchored(15, HPos::Center, VPos::Center);
     area.draw(&Text::new(title.to_owned(), (middle, 17 * FINE as i32), style))?;
@@ -179,7 +179,7 @@ fn draw_title(area: &Area<'_>, title: &str) -> Drawn {
 }
 
 /// Texels as grey squares, white at the light and black at the far plane.
-fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
+pub(crate) fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
     let fine = FINE as i32;
     let across = 1 + texels.iter().map(|t| t.x_texel.max(t.y_texel)).max().unwrap_or_default() as i32;
     let (left, top) = (24 * fine, 24 * fine);

@@ -5,6 +5,10 @@ mod bounds_figures;
 mod bounds_summary;
 mod canvas;
 mod error;
+mod error_sheet;
+mod filterable_figures;
+mod filterable_summary;
+mod filterable_tables;
 mod run_report;
 
 pub use bound_chart::{BoundChart, BoundCurve};

@@ -3,13 +3,46 @@
 use crate::bounds_figures;
 use crate::bounds_summary::{Row, Tables, answer};
 use crate::error::ReportError;
-use evaluation::{Experiment, KernelRecord, Kind, Provenance, RecordedFile, RunDirectory, Scale};
+use crate::{filterable_figures, filterable_summary, filterable_tables};
+use evaluation::{
+    BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Kind, Provenance, RecordedFile,
+    RunDirectory, Scale,
+};
 use std::fmt::Write as _;
 
 /// Everything that `msm report` writes into a run directory, computed from its records alone.
 pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
-    let Kind::Bounds(bounds) = &experiment.kind;
+    match &experiment.kind {
+        Kind::Bounds(bounds) => bounds_files(run, bounds),
+        Kind::Filterable(filterable) => filterable_files(run, filterable),
+    }
+}
+
+fn filterable_files(
+    run: &RunDirectory,
+    experiment: &FilterableExperiment,
+) -> Result<Vec<RecordedFile>, ReportError> {
+    let tables = filterable_summary::Tables::read(run, experiment)?;
+    let mut files = filterable_figures::draw(run, experiment, &tables)?;
+    let page = Page {
+        question: &experiment.question,
+        expectation: &experiment.expectation,
+        answer: tables.answer(experiment),
+        table: filterable_tables::markdown(experiment, &tables),
+        figures: files.iter().map(|figure| (figure.id.as_str(), figure.title.as_str())).collect(),
+        provenance: run.provenance()?,
+    };
+    let page = RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() };
+    let mut files: Vec<RecordedFile> = files
+        .drain(..)
+        .map(|figure| RecordedFile { name: format!("{}.svg", figure.id), bytes: figure.svg.into_bytes() })
+        .collect();
+    files.push(page);
+    Ok(files)
+}
+
+fn bounds_files(run: &RunDirectory, bounds: &BoundsExperiment) -> Result<Vec<RecordedFile>, ReportError> {
     let tables = Tables::read(run)?;
     let kernels: Vec<KernelRecord> = run.rows("kernels.csv")?;
     let mut files = Vec::new();

@@ -1,0 +1,83 @@
+//! Signed error maps in light space: one grey PNG per technique and view, 128 where G = F, one step 1/127 of intensity,
+//! darker where light leaks, brighter where the shadow is too dark. A texel shows its fragment of largest error.
+
+use super::evaluate::Plan;
+use super::view::View;
+use crate::error::EvaluationError;
+use crate::run_directory::RecordedFile;
+use image::{GrayImage, ImageFormat, Luma};
+use rayon::prelude::*;
+use shadow_filtering::Receiver;
+use std::io::Cursor;
+
+/// The maps of a view, if the experiment wants any.
+pub(crate) fn draw(plan: &Plan<'_>, view: &View) -> Result<Vec<RecordedFile>, EvaluationError> {
+    let settings = &plan.experiment.maps;
+    if !settings.covers(&view.scene, &view.name) {
+        return Ok(Vec::new());
+    }
+    let truth: Vec<f64> =
+        view.receivers.par_iter().map(|receiver| plan.reference(view, receiver, 0)).collect();
+    let mut files = Vec::new();
+    let techniques = plan.experiment.technique.iter().zip(&plan.methods);
+    for (technique, method) in techniques.filter(|(technique, _)| settings.shows(technique)) {
+        let fail = |error| technique.failure(error);
+        let shader = method.prepare(view, &plan.kernel).map_err(fail)?;
+        let shade =
+            |receiver: &Receiver| shader.shade(receiver.x, receiver.y, plan.compared(view, receiver, 0));
+        let shaded: Vec<f64> =
+            view.receivers.par_iter().map(shade).collect::<Result<_, _>>().map_err(fail)?;
+        let image = reduced(view, settings.size, shaded.iter().zip(&truth).map(|(g, f)| g - f));
+        let mut bytes = Vec::new();
+        image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).map_err(|error| {
+            EvaluationError::Table { table: "error maps".to_owned(), reason: error.to_string() }
+        })?;
+        files.push(RecordedFile { name: map_name(&view.scene, &view.name, &technique.name), bytes });
+    }
+    Ok(files)
+}
+
+/// File name of the error map of a technique and view.
+pub fn map_name(scene: &str, view: &str, technique: &str) -> String {
+    let plain = |text: &str| -> String {
+        let stem = std::path::Path::new(text).file_stem().map_or(text.into(), |stem| stem.to_string_lossy());
+        let words: Vec<String> = stem
+            .split(|c: char| !c.is_ascii_alphanumeric())
+            .filter(|word| !word.is_empty())
+            .map(str::to_ascii_lowercase)
+            .collect();
+        words.join("-")
+    };
+    // Only a scene can be a path.
+    let technique = technique.replace('.', "-");
+    format!("map-{}-{}-{}.png", plain(scene), plain(view), plain(&technique))
+}
+
+/// The error of largest size in each block of texels, as grey.
+fn reduced(view: &View, limit: u32, errors: impl Iterator<Item = f64>) -> GrayImage {
+    let size = view.map.width().max(view.map.height());
+    let block = size.div_ceil(limit.max(1) as usize).max(1);
+    let (width, height) = (view.map.width().div_ceil(block), view.map.height().div_ceil(block));
+    let mut worst = vec![0.0f64; width * height];
+    for (receiver, error) in view.receivers.iter().zip(errors) {
+        let value = &mut worst[receiver.y / block * width + receiver.x / block];
+        if error.abs() > value.abs() {
+            *value = error;
+        }
+    }
+    GrayImage::from_fn(width as u32, height as u32, |x, y| {
+        let error = worst[y as usize * width + x as usize];
+        Luma([(128.0 + 127.0 * error).round().clamp(0.0, 255.0) as u8])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::map_name;
+
+    #[test]
+    fn names_are_plain_file_names() {
+        let name = map_name("../my scenes/Tower.glb", "low sun", "EVSM 4, c = 5.54");
+        assert_eq!(name, "map-tower-low-sun-evsm-4-c-5-54.png");
+    }
+}

@@ -1,0 +1,142 @@
+//! Rows of the recorded tables. Intensities and errors are fractions of the kernel's weight, depths fractions of the
+//! depth range; both rounded to 1e-9, far below every standard error.
+
+use serde::{Deserialize, Serialize};
+
+/// One row of records.csv: one technique under one bias on one group of fragments.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct FilterableRecord {
+    /// Scene, or `all`.
+    pub scene: String,
+    /// View, or `all`.
+    pub view: String,
+    /// Technique.
+    pub technique: String,
+    /// Position in the experiment's list of biases.
+    pub bias: usize,
+    /// Surfaces in the kernel: `all`, `1`, `2`, `3` or `4+`.
+    pub class: String,
+    /// Fragments evaluated.
+    pub fragments: usize,
+    /// Mean of |G - F|.
+    pub l1_error: f64,
+    /// Mean of G - F: negative for leaking light, positive for shadows where none belong.
+    pub signed_mean: f64,
+    /// Root of the mean of (G - F)^2.
+    pub rms: f64,
+    /// 95th percentile of |G - F|.
+    pub p95: f64,
+    /// Maximum of |G - F|.
+    pub maximum: f64,
+    /// Share of fragments with G > F + 1e-6.
+    pub share_above: f64,
+    /// Standard error of `l1_error`; empty where all fragments were evaluated.
+    pub standard_error: Option<f64>,
+    /// Mean of F_Z(z) - G(z) at the depth z that the technique compares, without a receiver plane: what the
+    /// technique itself loses, whatever the bias.
+    pub leak: f64,
+    /// Fragments with G(z_f) > F_Z(z_f) + 1e-6 where neither has a bias; empty for techniques that are no bounds.
+    pub unbiased_violations: Option<usize>,
+    /// Memory of a texel.
+    pub bits_per_texel: usize,
+    /// Why fragments failed, or empty. Failed fragments are left out.
+    pub error: String,
+}
+
+/// One row of views.csv.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct ViewRecord {
+    /// Scene.
+    pub scene: String,
+    /// View.
+    pub view: String,
+    /// Entries of the layered shadow map.
+    pub stack_entries: usize,
+    /// Most layers behind one texel.
+    pub layers: u32,
+    /// Fragments: light-facing entries whose kernel lies inside the map.
+    pub fragments: usize,
+    /// Fragments evaluated.
+    pub sampled: usize,
+    /// Depth by which a plane at 45 degrees to the light changes from texel to texel: the unit of biases.
+    pub texel_depth: f64,
+    /// Median of the fragments' |g_x| + |g_y|.
+    pub median_slope: f64,
+    /// Depths outside \[0, 1\] that were clamped.
+    pub clamped_depths: usize,
+    /// Mean of F under the first bias.
+    pub mean_reference: f64,
+}
+
+/// One row of samples.csv: a timing on one thread.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct FilterableSample {
+    /// Technique.
+    pub technique: String,
+    /// `filter` (encoding and filtering a map) or `shade`.
+    pub stage: String,
+    /// Texels or fragments.
+    pub items: usize,
+    /// Counts from 0.
+    pub repetition: usize,
+    /// Wall-clock nanoseconds for all items.
+    pub time_ns: u64,
+}
+
+/// One row of agreement.csv: a closed form against the certified linear program, on the same moments.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct AgreementRecord {
+    /// Scene.
+    pub scene: String,
+    /// View.
+    pub view: String,
+    /// Technique.
+    pub technique: String,
+    /// Fragments compared.
+    pub fragments: usize,
+    /// Largest |G - G_LP|.
+    pub largest_disagreement: f64,
+    /// Fragments whose linear program failed, with the first reason.
+    pub failed: usize,
+    /// First reason, or empty.
+    pub error: String,
+}
+
+/// One row of kernels.csv: a tap of a picture's kernel.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct PictureRecord {
+    /// Picture.
+    pub picture: String,
+    /// Column in the shadow map.
+    pub x_texel: usize,
+    /// Row in the shadow map.
+    pub y_texel: usize,
+    /// Column in the kernel.
+    pub x_kernel: usize,
+    /// Row in the kernel.
+    pub y_kernel: usize,
+    /// Depth of the foremost surface.
+    pub depth: f64,
+    /// Filter weight.
+    pub weight: f64,
+    /// Depth of the fragment that the picture is about; empty where only a texel was named.
+    pub receiver: Option<f64>,
+}
+
+/// One row of curves.csv: a technique at one fragment depth of a picture.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct CurveRecord {
+    /// Picture.
+    pub picture: String,
+    /// Technique.
+    pub technique: String,
+    /// Fragment depth.
+    pub z_f: f64,
+    /// G, or empty where it failed.
+    pub intensity: Option<f64>,
+}
+
+/// Rounded to the precision of the tables.
+pub(crate) fn rounded(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9 + 0.0
+}

@@ -1,0 +1,169 @@
+//! A light view of a scene, ready to be evaluated: shadow map, sampled fragments, ground truth.
+
+use super::records::{ViewRecord, rounded};
+use super::settings::FilterableExperiment;
+use crate::error::EvaluationError;
+use crate::kernel::Random;
+use rayon::prelude::*;
+use shadow_filtering::{DepthMap, Kernel, Receiver, SurfaceCounter};
+use shadow_renderer::{Backend, LightFrame, LightView, Scene, ShadowMapStack, render_stack};
+
+/// Surfaces in a kernel: 1, 2, 3 and more.
+pub(crate) const CLASSES: usize = 4;
+
+/// One sampled fragment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub(crate) receiver: Receiver,
+    /// Number of surfaces minus one, at most 3.
+    pub(crate) class: usize,
+}
+
+pub(crate) struct View {
+    pub(crate) scene: String,
+    pub(crate) name: String,
+    pub(crate) map: DepthMap,
+    pub(crate) texel_depth: f64,
+    pub(crate) samples: Vec<Sample>,
+    /// All fragments.
+    pub(crate) receivers: Vec<Receiver>,
+    stack_entries: usize,
+    layers: u32,
+}
+
+impl View {
+    /// Renders and samples. `number` selects the stream of random numbers.
+    pub(crate) fn prepare(
+        experiment: &FilterableExperiment,
+        kernel: &Kernel,
+        (scene, label): (&Scene, &str),
+        light: &LightView,
+        number: usize,
+    ) -> Result<Self, EvaluationError> {
+        let fail = |reason: String| {
+            EvaluationError::Value(format!("scene `{label}`, view `{}`: {reason}", light.name))
+        };
+        let size = experiment.size;
+        let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)
+            .map_err(|error| fail(error.to_string()))?;
+        let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
+        let map = DepthMap::new(size as usize, size as usize, depths).map_err(|e| fail(e.to_string()))?;
+        let receivers = fragments(&stack, kernel);
+        if receivers.is_empty() {
+            let reason = format!(
+                "no light-facing fragment has its {0}x{0} kernel inside a map of {size}x{size} texels",
+                kernel.size()
+            );
+            return Err(fail(reason));
+        }
+        let mut view = Self {
+            scene: label.to_owned(),
+            name: light.name.clone(),
+            map,
+            texel_depth: texel_depth(&report.frame),
+            samples: Vec::new(),
+            receivers,
+            stack_entries: stack.fragments(),
+            layers: stack.layer_statistics().max,
+        };
+        let chosen = chosen(view.receivers.len(), experiment.fragments, experiment.seed, number);
+        let counter = SurfaceCounter::new(experiment.surface_gap, experiment.plane_limit)
+            .map_err(|error| fail(error.to_string()))?;
+        let slopes = slopes(&stack);
+        view.samples = chosen
+            .into_par_iter()
+            .map(|index| {
+                let receiver = view.receivers[index];
+                let surfaces = counter.count(&view.map, &slopes, kernel, receiver.x, receiver.y);
+                Sample { receiver, class: surfaces.clamp(1, CLASSES) - 1 }
+            })
+            .collect();
+        Ok(view)
+    }
+
+    /// Whether all fragments are evaluated.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.samples.len() == self.receivers.len()
+    }
+
+    /// The row of views.csv; `reference` is F of the samples.
+    pub(crate) fn record(&self, reference: &[f64]) -> ViewRecord {
+        let mut slopes: Vec<f64> = self.samples.iter().map(|s| s.receiver.slope(f64::INFINITY)).collect();
+        slopes.sort_by(f64::total_cmp);
+        ViewRecord {
+            scene: self.scene.clone(),
+            view: self.name.clone(),
+            stack_entries: self.stack_entries,
+            layers: self.layers,
+            fragments: self.receivers.len(),
+            sampled: self.samples.len(),
+            texel_depth: rounded(self.texel_depth),
+            median_slope: rounded(slopes[slopes.len() / 2]),
+            clamped_depths: self.map.clamped(),
+            mean_reference: rounded(reference.iter().sum::<f64>() / reference.len() as f64),
+        }
+    }
+}
+
+/// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own.
+fn texel_depth(frame: &LightFrame) -> f64 {
+    let [x, y] = frame.texels_per_unit;
+    1.0 / ((x * y).sqrt() * frame.depth_range)
+}
+
+fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {
+    let (width, height) = (stack.width as usize, stack.height as usize);
+    let mut receivers = Vec::new();
+    for y in 0..height {
+        for x in (0..width).filter(|&x| kernel.fits(width, height, x, y)) {
+            let layers = stack.layers(x as u32, y as u32).filter(|layer| layer.light_facing);
+            receivers.extend(layers.map(|layer| Receiver {
+                x,
+                y,
+                depth: f64::from(layer.depth),
+                gradient: layer.gradient.map(f64::from),
+            }));
+        }
+    }
+    receivers
+}
+
+/// |g_x| + |g_y| of layer 0; empty texels are flat.
+fn slopes(stack: &ShadowMapStack) -> Vec<f32> {
+    let slope = |w: &[u32]| {
+        let gradient = if w[0] < w[1] { stack.gradients[w[0] as usize] } else { [0.0; 2] };
+        gradient[0].abs() + gradient[1].abs()
+    };
+    stack.offsets.windows(2).map(slope).collect()
+}
+
+/// Ascending indices of `wanted` of `all` fragments, one at random from each of `wanted` equal parts; 0 takes all.
+fn chosen(all: usize, wanted: usize, seed: u64, stream: usize) -> Vec<usize> {
+    if wanted == 0 || wanted >= all {
+        return (0..all).collect();
+    }
+    let mut random = Random::new(seed, stream as u64, 0);
+    let pick = |i: usize| ((i as f64 + random.unit()) * all as f64 / wanted as f64) as usize;
+    let mut indices: Vec<usize> = (0..wanted).map(pick).map(|index| index.min(all - 1)).collect();
+    // Rounding at the seam of two parts could name a fragment twice.
+    indices.dedup();
+    indices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_ascend_are_spread_and_depend_on_seed_and_view() {
+        let indices = chosen(1000, 100, 1, 0);
+        assert_eq!(indices.len(), 100);
+        assert!(indices.windows(2).all(|w| w[0] < w[1]) && indices[99] < 1000);
+        assert!(indices.iter().enumerate().all(|(i, index)| index / 10 == i));
+        assert_eq!(indices, chosen(1000, 100, 1, 0));
+        assert_ne!(indices, chosen(1000, 100, 1, 1));
+        assert_ne!(indices, chosen(1000, 100, 2, 0));
+        assert_eq!(chosen(5, 0, 1, 0).len(), 5);
+        assert_eq!(chosen(5, 9, 1, 0).len(), 5);
+    }
+}

@@ -1,0 +1,163 @@
+//! Convolution shadow maps: a truncated Fourier series of the shadow test (MSM15 section 2, after Annen et al. 2007),
+//! biased to a lower bound.
+//!
+//! The square wave of half-period P gives \[t > 0\] ~ p(t) = 1/2 + 2/pi sum_k a_k sin(c_k t) / (2 k - 1) with
+//! c_k = pi (2 k - 1) / P, k = 1..M, for t = z_f - z in (-P, P). The factors a_k = e^(-d (k/M)^2) damp the ringing as
+//! Annen et al. do. sin(c_k (z_f - z)) expands into products of a function of z_f and one of z, so cos(c_k z) and
+//! sin(c_k z) are stored: 2 M channels.
+//!
+//! Lower bound: q(t) = (p(t - delta) - low) / (high - low), with low the maximum of p(t - delta) over t <= 0 and high
+//! that over all t, stays below \[t > 0\] everywhere, hence E\[q(z_f - z)\] <= F_Z(z_f). P = 1 + 2 delta keeps the
+//! falling edge of the wave out of reach. Damping and delta are those of least area between q and the test over t in
+//! \[-1, 1\], because ringing below 0 behind the receiver costs as much as a soft edge in front of it.
+
+use crate::error::FilteringError;
+use crate::technique::{Technique, unit};
+use std::f64::consts::PI;
+
+/// Most coefficients accepted.
+const MAX_COEFFICIENTS: usize = 64;
+
+/// Nodes per shortest wavelength at which the extrema of p are sought: when choosing constants, and for the chosen.
+const NODES_PER_WAVE: (usize, usize) = (8, 64);
+
+/// Convolution shadow map with M Fourier coefficients (pairs) on \[0, 1\].
+#[derive(Clone, Debug)]
+pub struct Convolution {
+    /// c_1; c_k = (2 k - 1) c_1.
+    frequency: f64,
+    /// Amplitudes 2/pi a_k / (2 k - 1).
+    amplitudes: Vec<f64>,
+    delta: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Convolution {
+    /// `coefficients` is M.
+    ///
+    /// # Errors
+    /// [`FilteringError::Parameter`] for none or more than 64.
+    pub fn new(coefficients: usize) -> Result<Self, FilteringError> {
+        if !(1..=MAX_COEFFICIENTS).contains(&coefficients) {
+            let reason = format!("must be 1 to {MAX_COEFFICIENTS}");
+            return Err(FilteringError::parameter("coefficients", coefficients, reason));
+        }
+        let mut best: Option<(f64, Self)> = None;
+        for damping in [0.0, 0.5, 1.0, 2.0, 3.0] {
+            for step in 1..=16 {
+                // The transition is about P / (2 M) wide.
+                let delta = f64::from(step) / (8 * coefficients) as f64;
+                let candidate = Self::with(coefficients, damping, delta);
+                let area = candidate.area();
+                if best.as_ref().is_none_or(|(least, _)| area < *least) {
+                    best = Some((area, candidate));
+                }
+            }
+        }
+        let (_, mut technique) = best.ok_or_else(|| {
+            FilteringError::parameter("coefficients", coefficients, "leave nothing to choose from")
+        })?;
+        (technique.low, technique.high) = technique.extrema(NODES_PER_WAVE.1);
+        Ok(technique)
+    }
+
+    fn with(coefficients: usize, damping: f64, delta: f64) -> Self {
+        let half_period = 1.0 + 2.0 * delta;
+        let amplitudes = (1..=coefficients).map(|k| {
+            let share = k as f64 / coefficients as f64;
+            2.0 / PI * (-damping * share * share).exp() / (2 * k - 1) as f64
+        });
+        let mut technique = Self {
+            frequency: PI / half_period,
+            amplitudes: amplitudes.collect(),
+            delta,
+            low: 0.0,
+            high: 1.0,
+        };
+        (technique.low, technique.high) = technique.extrema(NODES_PER_WAVE.0);
+        technique
+    }
+
+    /// p(t).
+    fn series(&self, t: f64) -> f64 {
+        let mut sum = 0.5;
+        odd_multiples(self.frequency * t, self.amplitudes.len(), |k, _, sine| {
+            sum += self.amplitudes[k] * sine
+        });
+        sum
+    }
+
+    /// Upper bounds of p(t - delta) over t in \[-1, 0\] and over \[-1, 1\].
+    fn extrema(&self, nodes_per_wave: usize) -> (f64, f64) {
+        let nodes = 2 * nodes_per_wave * self.amplitudes.len();
+        let step = 1.0 / nodes as f64;
+        let frequencies = (0..self.amplitudes.len()).map(|k| (2 * k + 1) as f64 * self.frequency);
+        let curvature: f64 = frequencies.zip(&self.amplitudes).map(|(c, a)| a * c * c).sum();
+        // A maximum within half a step of a node exceeds it by no more than this.
+        let between = curvature * step * step / 8.0;
+        let largest = |from: isize, to: isize| {
+            let values = (from..=to).map(|i| self.series(i as f64 * step - self.delta));
+            values.fold(f64::NEG_INFINITY, f64::max) + between
+        };
+        let nodes = nodes as isize;
+        let low = largest(-nodes, 0);
+        (low, low.max(largest(0, nodes)))
+    }
+
+    /// Area between the test and q over t in \[-1, 1\]; q is never above the test.
+    fn area(&self) -> f64 {
+        if self.high <= self.low {
+            return f64::INFINITY;
+        }
+        let cells = 32 * self.amplitudes.len();
+        let missing = (0..2 * cells).map(|i| {
+            let t = (i as f64 + 0.5) / cells as f64 - 1.0;
+            (if t > 0.0 { 1.0 } else { 0.0 }) - self.response(t)
+        });
+        missing.sum::<f64>() / cells as f64
+    }
+
+    /// q(t): the weight with which a texel at depth z_f - t shadows, possibly negative.
+    pub fn response(&self, t: f64) -> f64 {
+        (self.series(t - self.delta) - self.low) / (self.high - self.low)
+    }
+}
+
+/// Calls `each` with k, cos and sin of (2 k + 1) x.
+fn odd_multiples(x: f64, count: usize, mut each: impl FnMut(usize, f64, f64)) {
+    let (mut sine, mut cosine) = x.sin_cos();
+    let (sine2, cosine2) = (2.0 * x).sin_cos();
+    for k in 0..count {
+        each(k, cosine, sine);
+        (cosine, sine) = (cosine * cosine2 - sine * sine2, sine * cosine2 + cosine * sine2);
+    }
+}
+
+impl Technique for Convolution {
+    fn name(&self) -> String {
+        format!("CSM, M = {}", self.amplitudes.len())
+    }
+
+    fn channels(&self) -> usize {
+        2 * self.amplitudes.len()
+    }
+
+    fn encode(&self, depth: f64, out: &mut [f64]) {
+        odd_multiples(self.frequency * unit(depth), self.amplitudes.len(), |k, cosine, sine| {
+            (out[2 * k], out[2 * k + 1]) = (cosine, sine);
+        });
+    }
+
+    fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
+        let mut sum = 0.5;
+        odd_multiples(self.frequency * (unit(z_f) - self.delta), self.amplitudes.len(), |k, cosine, sine| {
+            sum += self.amplitudes[k] * (sine * filtered[2 * k] - cosine * filtered[2 * k + 1]);
+        });
+        Ok(((sum - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
+    }
+
+    fn is_lower_bound(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,74 @@
+//! Exponential variance shadow maps: Cantelli's inequality in exponentially warped depth (MSM15 section 2, after
+//! Lauritzen).
+//!
+//! With s = 2 z - 1 in \[-1, 1\] the warps are e^(c s) and -e^(-d s), both ascending; each gives a lower bound, and the
+//! darker one is taken. It is a bound, not the sharp one of its four moments (MSM15 section 3). An exponent c in s is
+//! an exponent 2 c in z: MSM15 writes e^(c z), implementations use s because it doubles what a format can hold.
+
+use super::variance::cantelli;
+use crate::error::FilteringError;
+use crate::technique::{StorageFormat, Technique, check_exponent, unit};
+
+/// Exponential variance shadow map with two channels (positive warp) or four (both warps).
+#[derive(Clone, Copy, Debug)]
+pub struct ExponentialVariance {
+    positive: f64,
+    negative: Option<f64>,
+    format: StorageFormat,
+}
+
+impl ExponentialVariance {
+    /// Exponents per unit of s; without a negative one there are two channels.
+    ///
+    /// # Errors
+    /// [`FilteringError::Parameter`] for exponents that are not positive or whose squares overflow the format (42 in
+    /// f32, 5.54 in f16).
+    pub fn new(positive: f64, negative: Option<f64>, format: StorageFormat) -> Result<Self, FilteringError> {
+        let limit = format.largest_exponent_with_square();
+        check_exponent("positive", positive, format, limit)?;
+        if let Some(negative) = negative {
+            check_exponent("negative", negative, format, limit)?;
+        }
+        Ok(Self { positive, negative, format })
+    }
+}
+
+impl Technique for ExponentialVariance {
+    fn name(&self) -> String {
+        match self.negative {
+            None => format!("EVSM 2, c = {}", self.positive),
+            Some(negative) => format!("EVSM 4, c = {} and {negative}", self.positive),
+        }
+    }
+
+    fn channels(&self) -> usize {
+        if self.negative.is_some() { 4 } else { 2 }
+    }
+
+    fn bits_per_texel(&self) -> usize {
+        self.channels() * self.format.bits()
+    }
+
+    fn encode(&self, depth: f64, out: &mut [f64]) {
+        let s = 2.0 * unit(depth) - 1.0;
+        let warped = (self.positive * s).exp();
+        out[..2].copy_from_slice(&[warped, warped * warped]);
+        if let Some(negative) = self.negative {
+            let warped = -(-negative * s).exp();
+            out[2..].copy_from_slice(&[warped, warped * warped]);
+        }
+    }
+
+    fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
+        let s = 2.0 * unit(z_f) - 1.0;
+        let first = cantelli(filtered[0], filtered[1], (self.positive * s).exp());
+        Ok(match self.negative {
+            None => first,
+            Some(negative) => first.max(cantelli(filtered[2], filtered[3], -(-negative * s).exp())),
+        })
+    }
+
+    fn is_lower_bound(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,17 @@
+//! One file a technique, with its mathematics.
+
+mod certified;
+mod convolution;
+mod exponential;
+mod exponential_variance;
+mod layered_variance;
+mod moments;
+mod variance;
+
+pub use certified::Certified;
+pub use convolution::Convolution;
+pub use exponential::Exponential;
+pub use exponential_variance::ExponentialVariance;
+pub use layered_variance::LayeredVariance;
+pub use moments::{MomentBound, Moments};
+pub use variance::Variance;

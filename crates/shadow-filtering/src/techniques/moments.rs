@@ -1,0 +1,156 @@
+//! Moment shadow maps with closed-form sharp bounds (MSM15 section 4, BHS16 sections 1.2 and 2.4).
+//!
+//! Hamburger 4, 6 and 8 store powers of s = 2 z - 1: their bounds are invariant under affine maps of depth (MSM15
+//! section 4), and powers of s lose fewer digits. Hausdorff 4 stores z to z^4, trigonometric 4 sine and cosine of
+//! 2 pi z and 4 pi z. The filtered moments b are replaced by (1 - alpha) b + alpha b* (MSM15 section 4.2), so that
+//! G <= F + alpha. b* are the moments of the arcsine distribution (Hamburger, Hausdorff) and of the uniform one
+//! (trigonometric), which lie deep inside the cone of moments; MSM15's b* on \[0, 1\] lies on its boundary.
+
+use crate::error::FilteringError;
+use crate::spec::MomentOptions;
+use crate::technique::{Technique, unit};
+use moment_problem::hamburger::{Pair, hamburger, hamburger4};
+use moment_problem::hausdorff::hausdorff4;
+use moment_problem::trigonometric::trigonometric4;
+
+/// Which moments and which prior knowledge of depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MomentBound {
+    /// Four power moments on the line.
+    Hamburger4,
+    /// Six.
+    Hamburger6,
+    /// Eight.
+    Hamburger8,
+    /// Four power moments on \[0, 1\].
+    Hausdorff4,
+    /// Sine and cosine of 2 pi z and 4 pi z on \[0, 1\].
+    Trigonometric4,
+}
+
+impl MomentBound {
+    /// Number of moments.
+    pub fn order(self) -> usize {
+        match self {
+            Self::Hamburger4 | Self::Hausdorff4 | Self::Trigonometric4 => 4,
+            Self::Hamburger6 => 6,
+            Self::Hamburger8 => 8,
+        }
+    }
+
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hamburger4 => "Hamburger 4",
+            Self::Hamburger6 => "Hamburger 6",
+            Self::Hamburger8 => "Hamburger 8",
+            Self::Hausdorff4 => "Hausdorff 4",
+            Self::Trigonometric4 => "Trigonometric 4",
+        }
+    }
+
+    /// Bias that double precision needs. A kernel of one or two depths lies on the boundary of the cone of moments,
+    /// where rounding, some 1e-16, is amplified by 1 / alpha; the bias itself adds alpha to G at most. The values keep
+    /// both far below what matters.
+    pub fn double_precision_bias(self) -> f64 {
+        match self {
+            Self::Hamburger4 | Self::Hausdorff4 | Self::Trigonometric4 => 1e-9,
+            Self::Hamburger6 => 1e-9,
+            Self::Hamburger8 => 1e-8,
+        }
+    }
+
+    /// b*, the first [`MomentBound::order`] entries.
+    fn centre(self) -> [f64; 8] {
+        match self {
+            Self::Hamburger4 | Self::Hamburger6 | Self::Hamburger8 => {
+                [0.0, 0.5, 0.0, 0.375, 0.0, 0.3125, 0.0, 0.2734375]
+            }
+            Self::Hausdorff4 => [0.5, 0.375, 0.3125, 0.2734375, 0.0, 0.0, 0.0, 0.0],
+            Self::Trigonometric4 => [0.0; 8],
+        }
+    }
+}
+
+/// A moment shadow map.
+#[derive(Clone, Copy, Debug)]
+pub struct Moments {
+    bound: MomentBound,
+    alpha: f64,
+    beta: f64,
+}
+
+impl Moments {
+    /// `options` choose the bias and the blend of bounds.
+    ///
+    /// # Errors
+    /// [`FilteringError::Parameter`] for alpha or beta outside \[0, 1\].
+    pub fn new(bound: MomentBound, options: MomentOptions) -> Result<Self, FilteringError> {
+        let alpha = options.alpha.unwrap_or(bound.double_precision_bias());
+        for (key, value) in [("alpha", alpha), ("beta", options.beta)] {
+            if !(0.0..=1.0).contains(&value) {
+                return Err(FilteringError::parameter(key, value, "must lie in [0, 1]"));
+            }
+        }
+        Ok(Self { bound, alpha, beta: options.beta })
+    }
+
+    /// The moments that the bound is computed from: biased, as exact input for another solver.
+    pub fn biased(&self, filtered: &[f64]) -> Vec<f64> {
+        let centre = self.bound.centre();
+        filtered.iter().zip(centre).map(|(&b, c)| (1.0 - self.alpha) * b + self.alpha * c).collect()
+    }
+
+    /// The bound with both ends.
+    pub fn bounds(&self, filtered: &[f64], z_f: f64) -> Pair<f64> {
+        let z_f = unit(z_f);
+        let s = 2.0 * z_f - 1.0;
+        match self.bound {
+            MomentBound::Hamburger4 => hamburger4(&self.array(filtered), s),
+            MomentBound::Hamburger6 => hamburger(&self.array::<6>(filtered), s),
+            MomentBound::Hamburger8 => hamburger(&self.array::<8>(filtered), s),
+            MomentBound::Hausdorff4 => hausdorff4(&self.array(filtered), z_f),
+            MomentBound::Trigonometric4 => trigonometric4(&self.array(filtered), z_f),
+        }
+    }
+
+    fn array<const M: usize>(&self, filtered: &[f64]) -> [f64; M] {
+        let centre = self.bound.centre();
+        std::array::from_fn(|k| (1.0 - self.alpha) * filtered[k] + self.alpha * centre[k])
+    }
+}
+
+impl Technique for Moments {
+    fn name(&self) -> String {
+        let name = self.bound.name();
+        if self.beta == 0.0 { name.to_owned() } else { format!("{name}, beta = {}", self.beta) }
+    }
+
+    fn channels(&self) -> usize {
+        self.bound.order()
+    }
+
+    fn encode(&self, depth: f64, out: &mut [f64]) {
+        let z = unit(depth);
+        if self.bound == MomentBound::Trigonometric4 {
+            let (sine, cosine) = (std::f64::consts::TAU * z).sin_cos();
+            out.copy_from_slice(&[sine, cosine, 2.0 * sine * cosine, (cosine - sine) * (cosine + sine)]);
+            return;
+        }
+        let base = if self.bound == MomentBound::Hausdorff4 { z } else { 2.0 * z - 1.0 };
+        let mut power = 1.0;
+        for value in out {
+            power *= base;
+            *value = power;
+        }
+    }
+
+    /// lower + beta (upper - lower): beta = 0 is the sharp lower bound, 1 the upper (BHS16 section 2.4).
+    fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
+        Ok(self.bounds(filtered, z_f).blend(self.beta))
+    }
+
+    fn is_lower_bound(&self) -> bool {
+        self.beta == 0.0
+    }
+}
