@@ -156,7 +156,7 @@ fn mistakes_in_techniques_and_scenes_name_key_and_value() {
         ("plane_limit = 0.05", "plane_limit = 7.0", "plane_limit = 7"),
         ("scenes = [\"stairs\"]", "scenes = [\"castle\"]", "castle"),
         ("views = [\"oblique\"]", "views = [\"midnight\"]", "midnight"),
-        ("beta = 0.5", "beta = 1.5", "beta = 1.5"),
+        ("beta = 0.5 }", "beta = 1.5 }", "beta = 1.5"),
         ("layers = 4", "layer = 4", "layer"),
         ("id = \"kernel\"", "id = \"kernel\"\ntexel = [1, 2]", "texel = [1, 2]"),
         ("\nfragments = 400", "\nfragments = 3", "certified_fragments = 4"),
