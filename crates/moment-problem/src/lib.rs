@@ -45,6 +45,7 @@ mod dense;
 mod distribution;
 mod error;
 mod expression;
+pub mod fast_simplex;
 pub mod hamburger;
 pub mod hausdorff;
 mod hermite;

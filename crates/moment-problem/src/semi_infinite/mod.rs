@@ -1,12 +1,14 @@
 //! Certified bounds for any basis on \[0, 1\]: a semi-infinite linear program solved by exchange.
 
 mod certificate;
+mod finite;
 mod prepared;
 mod simplex;
 
 pub(crate) use certificate::Step;
+pub(crate) use finite::{Column, FiniteProgram};
 pub use prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
-pub(crate) use simplex::{Column, Program, Solution, minimise};
+pub(crate) use simplex::{Program, Solution, minimise};
 
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;

@@ -1,0 +1,73 @@
+//! Fragments that single steps of `f64` could not certify: the same linear program in double-double.
+
+use super::{FastBound, FastFragment, FastSolution, FastVertex, Task};
+use crate::arithmetic::{DoubleDouble, Real};
+use crate::dense::dot;
+use crate::error::MomentError;
+use crate::semi_infinite::{Column, FiniteProgram};
+
+/// Roundings of sums of products in double-double, relative.
+const ROUNDING: f64 = 1e-30;
+
+/// Decides the fragments that are listed as uncertified and leaves there what remains so.
+pub(super) fn settle(task: &Task<'_>, solution: &mut FastSolution) {
+    for index in std::mem::take(&mut solution.uncertified) {
+        solution.exact += 1;
+        let fragment = &task.fragments[index];
+        match bound(task, fragment) {
+            Ok((mut bound, vertex)) => {
+                bound.vertex = solution.vertices.len() as u32;
+                solution.vertices.push(vertex);
+                solution.bounds[index] = bound;
+                if bound.lower - bound.lower_proved > task.tolerance {
+                    solution.uncertified.push(index);
+                }
+            }
+            Err(_) => {
+                // The dual vector 0 proves the trivial bound.
+                let vertex = FastVertex { step: fragment.step, ..FastVertex::default() };
+                let bound = FastBound { vertex: solution.vertices.len() as u32, ..FastBound::default() };
+                solution.vertices.push(vertex);
+                solution.bounds[index] = bound;
+                solution.uncertified.push(index);
+            }
+        }
+    }
+}
+
+fn bound(task: &Task<'_>, fragment: &FastFragment) -> Result<(FastBound, FastVertex), MomentError> {
+    let (columns, kernel) = (task.columns, &task.kernels[fragment.kernel as usize]);
+    let rank = columns.rank();
+    let entries = |j: usize| -> Vec<DoubleDouble> {
+        columns.column(j)[..rank].iter().map(|&a| DoubleDouble::from(a)).collect()
+    };
+    let mut target = vec![DoubleDouble::zero(); rank];
+    for (&j, &weight) in kernel.indices().iter().zip(kernel.weights()) {
+        for (sum, a) in target.iter_mut().zip(entries(usize::from(j))) {
+            *sum = *sum + DoubleDouble::from(weight) * a;
+        }
+    }
+    let real: Vec<Column> = (0..columns.depths())
+        .map(|j| {
+            let cost = if j < usize::from(fragment.step) { 1.0 } else { 0.0 };
+            Column { z: j as f64, entries: entries(j), cost }
+        })
+        .collect();
+    let mut program = FiniteProgram::new(&target, real);
+    let (dual, value) = program.optimum_without_artificial()?;
+    let excess = |column: &Column| (dot(&dual, &column.entries) - DoubleDouble::from(column.cost)).to_f64();
+    let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();
+    let lacking = program.columns().iter().map(excess).fold(0.0, f64::max) + size * ROUNDING;
+    let mut vertex = FastVertex { step: fragment.step, lacking, ..FastVertex::default() };
+    for (i, y) in dual.iter().enumerate() {
+        vertex.dual[i] = y.to_f64();
+        vertex.dual_low[i] = (*y - DoubleDouble::from(vertex.dual[i])).to_f64();
+    }
+    for (place, j) in vertex.support.iter_mut().zip(program.basic_depths()) {
+        *place = j as u16;
+    }
+    let lower_proved = (value - lacking - size * ROUNDING).max(0.0);
+    // The primal objective of the optimal vertex is the same number; its weights were computed to 1e-24.
+    let lower = value.clamp(0.0, fragment.mass_before.max(lower_proved));
+    Ok((FastBound { lower, lower_proved, vertex: 0 }, vertex))
+}

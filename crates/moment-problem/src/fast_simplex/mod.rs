@@ -1,0 +1,208 @@
+//! Certified lower bounds by the million: MSM15 Algorithm 1 on one finite support for many kernels.
+//!
+//! The candidate search of MSM15 section 3.2 solves the same small linear program over and over: 2 to 9 rows, one
+//! support, ever new moments. [`FastSimplex`] keeps what does not change. For one basis and one z_f the dual polytope
+//! {y: y . a(z_j) <= p_j for all j} is always the same, so its vertices are kept, each with a bound on what it may lack
+//! of feasibility; y . b of any of them is a proved lower bound. A new fragment starts at the vertex that is best for
+//! it and is done at once if the weights there are not negative, or if y . b has reached F, which no lower bound
+//! exceeds. Otherwise the dual simplex method goes on from there.
+//!
+//! Everything is `f64` over rows that were made orthonormal in double-double. What cannot be certified to the
+//! tolerance is decided by the simplex method of [`ExchangeSimplex`](crate::ExchangeSimplex) in double-double on the
+//! same support, and is counted.
+
+mod engine;
+mod exact;
+mod support;
+
+use engine::{Engine, Job};
+pub use support::{FunctionTable, MAX_SUPPORT, SupportColumns, SupportDistribution, snap};
+
+/// Largest number of rows: 1 and eight functions.
+pub const MAX_ROWS: usize = 9;
+
+/// A fragment: which distribution, at which depth of the support.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FastFragment {
+    /// Index of its distribution.
+    pub kernel: u32,
+    /// z_f as an index into the support.
+    pub step: u16,
+    /// F = Z(z < z_f), see [`SupportDistribution::cdf`].
+    pub mass_before: f64,
+}
+
+/// A lower bound with its proof.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FastBound {
+    /// G, the objective of weights on the support; F where the proof has reached it to the tolerance.
+    pub lower: f64,
+    /// Proved: no distribution on the support with these moments has less mass before z_f.
+    pub lower_proved: f64,
+    /// Index of the vertex that proves it in [`FastSolution::vertices`].
+    pub vertex: u32,
+}
+
+/// A vertex of the dual polytope: the certificate of all bounds that refer to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FastVertex {
+    /// z_f as an index into the support.
+    pub step: u16,
+    /// y over the orthonormal rows, zero beyond the rank.
+    pub dual: [f64; MAX_ROWS],
+    /// What `dual` lacks of y, zero unless the exact route found it.
+    pub dual_low: [f64; MAX_ROWS],
+    /// Indices of the basic depths, 0 beyond the rank.
+    pub support: [u16; MAX_ROWS],
+    /// y . a(z_j) - p_j is at most this on the support, rounding included.
+    pub lacking: f64,
+}
+
+/// Bounds in the order of the fragments, and their certificates.
+#[derive(Clone, Debug, Default)]
+pub struct FastSolution {
+    /// One bound for each fragment.
+    pub bounds: Vec<FastBound>,
+    /// Certificates.
+    pub vertices: Vec<FastVertex>,
+    /// Simplex pivots.
+    pub pivots: u64,
+    /// Fragments that the exact route decided.
+    pub exact: usize,
+    /// Fragments that nobody could certify, by index; their bounds hold but are not sharp to the tolerance.
+    pub uncertified: Vec<usize>,
+}
+
+/// The solver for one basis on one support.
+#[derive(Clone, Copy, Debug)]
+pub struct FastSimplex<'a> {
+    columns: &'a SupportColumns,
+    tolerance: f64,
+    width: Width,
+}
+
+/// How wide the vectors are that the solver was compiled for. Results are the same for all.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Width {
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    Portable,
+}
+
+impl Width {
+    fn widest() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("fma") {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                return Self::Avx2;
+            }
+        }
+        Self::Portable
+    }
+}
+
+impl<'a> FastSimplex<'a> {
+    /// A solver whose bounds differ from what is proved by at most `tolerance`, such as 1e-6.
+    pub fn new(columns: &'a SupportColumns, tolerance: f64) -> Self {
+        Self { columns, tolerance, width: Width::widest() }
+    }
+
+    /// The same with the portable code path, for comparison.
+    pub fn portable(self) -> Self {
+        Self { width: Width::Portable, ..self }
+    }
+
+    /// Bounds for fragments of `kernels` in ascending order of `step` (any order works, but it costs time).
+    ///
+    /// The result depends on the input alone, not on the machine's vector width.
+    ///
+    /// # Panics
+    /// If a fragment names a kernel or a step that does not exist.
+    pub fn solve(&self, kernels: &[SupportDistribution], fragments: &[FastFragment]) -> FastSolution {
+        let task = Task { columns: self.columns, tolerance: self.tolerance, kernels, fragments };
+        let mut solution = match self.width {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the features were detected when the width was chosen.
+            Width::Avx512 => unsafe { solve_avx512(&task) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above.
+            Width::Avx2 => unsafe { solve_avx2(&task) },
+            Width::Portable => solve_portable(&task),
+        };
+        exact::settle(&task, &mut solution);
+        solution
+    }
+}
+
+/// What is to be solved.
+struct Task<'a> {
+    columns: &'a SupportColumns,
+    tolerance: f64,
+    kernels: &'a [SupportDistribution],
+    fragments: &'a [FastFragment],
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma")]
+fn solve_avx512(task: &Task<'_>) -> FastSolution {
+    by_rank(task)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn solve_avx2(task: &Task<'_>) -> FastSolution {
+    by_rank(task)
+}
+
+fn solve_portable(task: &Task<'_>) -> FastSolution {
+    by_rank(task)
+}
+
+#[inline(always)]
+fn by_rank(task: &Task<'_>) -> FastSolution {
+    match task.columns.rank() {
+        2 => solve::<2>(task),
+        3 => solve::<3>(task),
+        4 => solve::<4>(task),
+        5 => solve::<5>(task),
+        6 => solve::<6>(task),
+        7 => solve::<7>(task),
+        8 => solve::<8>(task),
+        _ => solve::<9>(task),
+    }
+}
+
+#[inline(always)]
+fn solve<const R: usize>(task: &Task<'_>) -> FastSolution {
+    let mut solution =
+        FastSolution { bounds: Vec::with_capacity(task.fragments.len()), ..FastSolution::default() };
+    let moments: Vec<[f64; MAX_ROWS]> =
+        task.kernels.iter().map(|kernel| task.columns.moments(kernel)).collect();
+    let mut engine = Engine::<R>::new(task.columns);
+    let mut present = None;
+    let mut begun = false;
+    for (index, fragment) in task.fragments.iter().enumerate() {
+        if present != Some(fragment.step) {
+            present = Some(fragment.step);
+            begun = engine.begin(fragment.step);
+        }
+        let moments = &moments[fragment.kernel as usize];
+        let job = Job { moments, mass_before: fragment.mass_before };
+        let bound = if begun {
+            engine.bound(fragment.step, &job, task.tolerance, &mut solution.vertices)
+        } else {
+            None
+        };
+        if bound.is_none() {
+            solution.uncertified.push(index);
+        }
+        solution.bounds.push(bound.unwrap_or_default());
+    }
+    solution.pivots = engine.pivots;
+    solution
+}
