@@ -13,6 +13,7 @@ mod method;
 mod provenance;
 mod run;
 mod run_directory;
+mod search;
 
 pub use bounds::{
     BoundsExperiment, BoundsRecord, BoundsSample, Figure, KernelRecord, Mark, Technique, Timing,

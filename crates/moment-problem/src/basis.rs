@@ -58,6 +58,48 @@ pub const DEFAULT_FAMILY: [&str; 37] = [
     "cos(6pi z)",
 ];
 
+/// Kinds of functions, from the simplest to the most special.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FunctionKind {
+    /// Sums of powers of z.
+    Polynomial,
+    /// Quotients of polynomials.
+    Rational,
+    /// With a root.
+    Radical,
+    /// With a logarithm.
+    Logarithmic,
+    /// With an exponential function.
+    Exponential,
+    /// With a sine or cosine.
+    Trigonometric,
+}
+
+fn kind(expression: &Expression) -> FunctionKind {
+    match expression {
+        Expression::Variable | Expression::Constant(_) => FunctionKind::Polynomial,
+        Expression::Negate(inner) => kind(inner),
+        Expression::Binary(operator, left, right) => {
+            let divides = *operator == Operator::Divide && !matches!(**right, Expression::Constant(_));
+            let own = if divides { FunctionKind::Rational } else { FunctionKind::Polynomial };
+            own.max(kind(left)).max(kind(right))
+        }
+        Expression::Power(base, exponent) => {
+            let own = if *exponent < 0 { FunctionKind::Rational } else { FunctionKind::Polynomial };
+            own.max(kind(base))
+        }
+        Expression::Call(function, inner) => {
+            let own = match function {
+                Function::Sqrt | Function::Cbrt => FunctionKind::Radical,
+                Function::Ln => FunctionKind::Logarithmic,
+                Function::Exp => FunctionKind::Exponential,
+                Function::Sin | Function::Cos => FunctionKind::Trigonometric,
+            };
+            own.max(kind(inner))
+        }
+    }
+}
+
 /// One component b_j of the map b that turns a depth into the data stored in a shadow map (MSM15 section 3).
 ///
 /// Any formula in z is accepted; see [`BasisFunction::from_str`]. Two functions are equal when their formulas are
@@ -105,6 +147,11 @@ impl BasisFunction {
             _ => return None,
         };
         (factor > 0.0).then_some(factor)
+    }
+
+    /// What kind of function it is: that of its outermost transcendental part.
+    pub fn kind(&self) -> FunctionKind {
+        kind(&self.expression)
     }
 
     fn monomial(k: usize) -> Self {

@@ -10,6 +10,7 @@
 //! - [`LowerBound`]: moments and z_f to [`Bounds`] with a [`Certificate`]; closed forms ([`Hamburger`],
 //!   [`Hausdorff4`], [`Trigonometric4`], [`Markov`]) and, for any basis on \[0, 1\], [`ExchangeSimplex`] and
 //!   [`LinearProgram`].
+//! - [`fast_simplex`]: the same program on one finite support for millions of kernels, certified.
 //! - [`hamburger`], [`hausdorff`], [`trigonometric`], [`markov`]: the same closed forms as plain functions over `f32`,
 //!   `f64` or [`arithmetic::DoubleDouble`]; [`batch`]: many at once.
 //!
@@ -55,7 +56,7 @@ pub mod roots;
 mod semi_infinite;
 pub mod trigonometric;
 
-pub use basis::{Basis, BasisFunction, DEFAULT_FAMILY, MAX_FUNCTIONS};
+pub use basis::{Basis, BasisFunction, DEFAULT_FAMILY, FunctionKind, MAX_FUNCTIONS};
 pub use bounds::{Bounds, Certificate, Interval, LowerBound};
 pub use closed_form::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
 pub use distribution::{DepthDistribution, WEIGHT_SUM_TOLERANCE};

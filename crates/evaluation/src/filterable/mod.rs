@@ -8,11 +8,11 @@ mod agreement;
 mod evaluate;
 mod maps;
 mod picture;
-mod records;
-mod settings;
+pub(crate) mod records;
+pub(crate) mod settings;
 mod statistics;
 mod timing;
-mod view;
+pub(crate) mod view;
 
 pub use maps::map_name;
 pub use records::{

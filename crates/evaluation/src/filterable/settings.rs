@@ -214,7 +214,7 @@ impl MapSettings {
 }
 
 impl FilterableTechnique {
-    fn check(&self) -> Result<(), EvaluationError> {
+    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
         match (&self.method, &self.comparison) {
             (Some(method), None) => method.build().map(|_| ()).map_err(|error| self.failure(error)),
             (None, Some(kernel)) => kernel.build().map(|_| ()).map_err(|error| self.failure(error)),

@@ -106,12 +106,12 @@ impl View {
 }
 
 /// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own.
-fn texel_depth(frame: &LightFrame) -> f64 {
+pub(crate) fn texel_depth(frame: &LightFrame) -> f64 {
     let [x, y] = frame.texels_per_unit;
     1.0 / ((x * y).sqrt() * frame.depth_range)
 }
 
-fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {
+pub(crate) fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {
     let (width, height) = (stack.width as usize, stack.height as usize);
     let mut receivers = Vec::new();
     for y in 0..height {
@@ -138,7 +138,7 @@ fn slopes(stack: &ShadowMapStack) -> Vec<f32> {
 }
 
 /// Ascending indices of `wanted` of `all` fragments, one at random from each of `wanted` equal parts; 0 takes all.
-fn chosen(all: usize, wanted: usize, seed: u64, stream: usize) -> Vec<usize> {
+pub(crate) fn chosen(all: usize, wanted: usize, seed: u64, stream: usize) -> Vec<usize> {
     if wanted == 0 || wanted >= all {
         return (0..all).collect();
     }

@@ -1,10 +1,13 @@
 //! The simplex method itself, for a fixed number of rows.
 //!
 //! The dual polytope {y: y . a_j <= p_j} depends on z_f but not on the moments. For each z_f its vertices are kept as
-//! they are found; a fragment starts at the vertex that is best for its moments, which is the optimum more often than
-//! not, and continues with the dual simplex method otherwise.
+//! they are found; a fragment starts at the vertex that is best for its moments, which often is the optimum. If not,
+//! the dual simplex method looks in the neighbourhood. On a fine support it moves each point of contact by one depth a
+//! pivot, so what is far away is reached from the distribution itself by the primal method, whose pivots jump.
 
-use super::support::{LANES, SupportColumns};
+use super::lanes::Lanes;
+use super::support::{LANES, SupportColumns, SupportDistribution};
+use super::vertex::{ARTIFICIAL, Cache, Rows, UNUSED, Vertex, largest_product};
 use super::{FastBound, FastVertex, MAX_ROWS};
 
 /// Slack that a dual vertex may lack at a column: the ratio test takes the step at which no column lacks more, and so
@@ -15,139 +18,192 @@ const SLACK_TOLERANCE: f64 = 1e-10;
 /// products that it is the sum of. Absolute tolerances stall, since rows differ by many orders of magnitude.
 const WEIGHT_TOLERANCE: f64 = 3e-14;
 
-/// Pivot elements below this share of their row are rounding.
+/// Pivot elements below this share of the largest possible are rounding.
 const PIVOT_TOLERANCE: f64 = 1e-11;
 
-/// Pivots for one fragment; nearly all need fewer than ten. What needs more goes to the exact route.
-const MAX_PIVOTS: usize = 60;
+/// Pivots of the dual method for one fragment.
+const MAX_DUAL_PIVOTS: usize = 6;
 
-/// Pivots of the primal method between two depths; the first depth starts from scratch.
-const MAX_PRIMAL_PIVOTS: usize = 2000;
+/// Pivots of the primal method for one fragment; what needs more goes to the exact route.
+const MAX_PRIMAL_PIVOTS: usize = 100;
 
-/// Vertices kept for one z_f. Beyond it the search for the best costs more than the pivots that it saves.
-const MAX_CACHED: usize = 512;
+/// Pivots after a guess that look at the neighbours of the basic columns first.
+const NEIGHBOUR_PIVOTS: usize = 3;
 
-/// Pivots after which the inverse is computed afresh.
-const REFRESH: usize = 8;
+/// Weight given to each basic column at the start of the primal method, once to three times: without it, distributions
+/// of few depths would be degenerate and the method might cycle. The optimum moves by some hundred times this at most.
+const PERTURBATION: f64 = 1e-10;
 
-/// A basis of the linear program: `index[r]` is the column of row r.
-#[derive(Clone, Copy)]
-struct Vertex<const R: usize> {
-    index: [u16; R],
-    /// Inverse of the matrix of basic columns; row r gives the weight of column `index[r]`.
-    inverse: [[f64; R]; R],
-    dual: [f64; R],
-}
+/// A start may have weights that are negative by this times the size of their row: they are set to 0, which is less than
+/// the perturbation changes.
+const START_TOLERANCE: f64 = 1e-11;
 
-/// Vertices of the dual polytope of one z_f.
-struct Cache<const R: usize> {
-    vertices: Vec<Vertex<R>>,
-    /// Dual vectors in groups of lanes.
-    duals: Vec<[[f64; LANES]; R]>,
-    /// What each vertex lacks, rounding included; and its number in the solution, if a bound used it.
-    lacking: Vec<f64>,
-    used: Vec<u32>,
-}
+/// How often a guess is corrected before it is given up.
+const MAX_SHIFTS: usize = 5;
 
-/// Not (yet) part of a solution.
-const UNUSED: u32 = u32::MAX;
+/// Weight of artificial columns, and gain by replacing one, that is rounding.
+const REDUCED: f64 = 1e-13;
 
-/// The solver for one basis.
-pub(super) struct Engine<'a, const R: usize> {
+/// Pivots of the primal method after which the inverse is computed afresh.
+const REFRESH: usize = 12;
+
+/// The solver for one basis of R rows, K vectors of lanes.
+pub(super) struct Engine<'a, V: Lanes, const R: usize, const K: usize> {
     columns: &'a SupportColumns,
-    rows: [&'a [f64]; R],
+    rows: [&'a [[f64; LANES]]; R],
     /// Largest entry of each row.
     largest: [f64; R],
-    /// Moments of a distribution that charges the whole support, and its optimal vertex for the present z_f.
-    generic: [f64; R],
-    start: Option<Vertex<R>>,
-    cache: Cache<R>,
+    /// p over the support, and the z_f that it belongs to.
+    costs: Vec<[f64; LANES]>,
+    step: u16,
+    cache: Cache<V, R, K>,
+    /// The columns of one distribution, in groups of lanes.
+    own: Vec<[[f64; LANES]; R]>,
     pub(super) pivots: u64,
 }
 
-/// One fragment: moments E[a], F, and where the answer goes.
-pub(super) struct Job<'a, const R: usize> {
+/// A vertex, and its least slack if that is known.
+type Found<V, const R: usize, const K: usize> = (Vertex<V, R, K>, Option<f64>);
+
+/// One fragment: its distribution, moments E[a] and F.
+pub(super) struct Job<'a> {
+    pub(super) kernel: &'a SupportDistribution,
     pub(super) moments: &'a [f64; MAX_ROWS],
+    /// Whether a proof of F is enough.
+    pub(super) early: bool,
+    /// Ascending indices of columns that may be near the optimal ones.
+    pub(super) guess: Option<&'a [u16]>,
     pub(super) mass_before: f64,
 }
 
-impl<'a, const R: usize> Engine<'a, R> {
+impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
     pub(super) fn new(columns: &'a SupportColumns) -> Self {
-        let rows: [&[f64]; R] = std::array::from_fn(|i| columns.row(i));
-        let count = columns.depths();
-        // Unequal weights (golden-ratio sequence) so that no symmetry makes the start degenerate.
-        let weight = |j: usize| 0.5 + (j as f64 * 0.618_033_988_749_895).fract();
-        let total: f64 = (0..count).map(weight).sum();
-        let generic = std::array::from_fn(|i| {
-            rows[i][..count].iter().enumerate().map(|(j, a)| weight(j) * a).sum::<f64>() / total
-        });
-        let largest = std::array::from_fn(|i| rows[i].iter().fold(0.0, |m: f64, a| m.max(a.abs())));
-        let cache = Cache { vertices: Vec::new(), duals: Vec::new(), lacking: Vec::new(), used: Vec::new() };
-        Self { columns, rows, largest, generic, start: None, cache, pivots: 0 }
+        let rows = std::array::from_fn(|i| columns.row(i));
+        let entries = |row: &[[f64; LANES]]| row.iter().flatten().fold(0.0, |m: f64, a| m.max(a.abs()));
+        Self {
+            columns,
+            rows,
+            largest: rows.map(entries),
+            costs: vec![[0.0; LANES]; rows[0].len()],
+            step: 0,
+            cache: Cache::new(),
+            own: Vec::new(),
+            pivots: 0,
+        }
     }
 
-    /// Begins with the fragments at the support's depth number `step`; false if no vertex was found.
+    /// Begins with the fragments at another depth.
     #[inline(always)]
-    pub(super) fn begin(&mut self, step: u16) -> bool {
+    pub(super) fn begin(&mut self, step: u16) {
         self.cache.clear();
-        if self.start.is_none() {
-            self.start = self.phase_one();
+        self.step = step;
+        for (group, costs) in self.costs.iter_mut().enumerate() {
+            for (lane, cost) in costs.iter_mut().enumerate() {
+                *cost = if group * LANES + lane < usize::from(step) { 1.0 } else { 0.0 };
+            }
         }
-        let Some(mut vertex) = self.start else { return false };
-        // Another z_f changes costs only: the vertex stays feasible for the generic moments.
-        if !self.primal(&mut vertex, step) {
-            self.start = None;
-            return false;
-        }
-        self.start = Some(vertex);
-        let (least, _) = self.least_slack(&vertex.dual, step);
-        let lacking = self.lacking(&vertex.dual, least);
-        self.cache.insert(&vertex, lacking);
-        true
     }
 
-    /// G for one fragment at the present step; `None` if the exact route has to decide. New entries of `vertices` are
+    /// G for one fragment at the present depth; `None` if the exact route has to decide. New entries of `vertices` are
     /// those that bounds refer to.
     #[inline(always)]
     pub(super) fn bound(
         &mut self,
-        step: u16,
-        job: &Job<'_, R>,
+        job: &Job<'_>,
         tolerance: f64,
         vertices: &mut Vec<FastVertex>,
     ) -> Option<FastBound> {
-        let b: [f64; R] = std::array::from_fn(|i| job.moments[i]);
-        let enough = job.mass_before - 0.5 * tolerance;
-        let best = self.cache.best(&b);
-        let cached = &self.cache.vertices[best];
-        let value = dot(&cached.dual, &b);
-        let found = if value >= enough || leaving_row(cached, &b).is_none() {
-            best
-        } else {
-            let mut vertex = *cached;
-            self.dual(&mut vertex, &b, enough, step)?;
-            let (least, _) = self.least_slack(&vertex.dual, step);
-            let lacking = self.lacking(&vertex.dual, least);
-            self.cache.insert(&vertex, lacking)
+        let mut b = [0.0; R];
+        b.copy_from_slice(&job.moments[..R]);
+        let enough = if job.early { job.mass_before - 0.5 * tolerance } else { f64::INFINITY };
+        let found = match self.cache.best(&b) {
+            Some(best) if self.is_settled(&self.cache.vertices[best], &b, enough) => best,
+            best => {
+                let guessed = job.guess.and_then(|guess| self.shifted(guess, &b));
+                let guessed = guessed.and_then(|vertex| self.primal(vertex, &b, enough, NEIGHBOUR_PIVOTS));
+                let near = || self.dual(self.cache.vertices[best?], &b, enough);
+                let (vertex, least) = match guessed.or_else(near) {
+                    Some(found) => found,
+                    None => {
+                        let vertex = self.reduced(job.kernel, &b)?;
+                        self.primal(vertex, &b, enough, 0)?
+                    }
+                };
+                let least = least.unwrap_or_else(|| self.least(&vertex.dual));
+                let lacking = self.lacking(&vertex.dual, least);
+                self.cache.insert(&vertex, lacking)
+            }
         };
         let vertex = &self.cache.vertices[found];
         let value = dot(&vertex.dual, &b);
         let rounding = (R + 2) as f64 * f64::EPSILON * dot_absolute(&vertex.dual, &b);
         let lower_proved = (value - self.cache.lacking[found] - rounding).max(0.0);
-        let attained = if value >= enough { job.mass_before } else { attained(vertex, &b, step) };
+        let attained = if value >= enough { job.mass_before } else { self.attained(vertex, &b) };
         let attained = attained.clamp(0.0, job.mass_before.max(lower_proved));
         if attained - lower_proved > tolerance {
             return None;
         }
         if self.cache.used[found] == UNUSED {
             self.cache.used[found] = vertices.len() as u32;
-            let mut padded = FastVertex { step, ..FastVertex::default() };
+            let mut padded = FastVertex { step: self.step, ..FastVertex::default() };
             padded.dual[..R].copy_from_slice(&vertex.dual);
             padded.support[..R].copy_from_slice(&vertex.index);
+            padded.support[..R].sort_unstable();
+            padded.rank = R as u8;
             padded.lacking = self.cache.lacking[found];
             vertices.push(padded);
         }
         Some(FastBound { lower: attained, lower_proved, vertex: self.cache.used[found] })
+    }
+
+    /// Whether a vertex is optimal for moments b, or proves as much as can be.
+    #[inline(always)]
+    fn is_settled(&self, vertex: &Vertex<V, R, K>, b: &[f64; R], enough: f64) -> bool {
+        dot(&vertex.dual, b) >= enough || vertex.negative_row(&vertex.solve(b), WEIGHT_TOLERANCE).is_none()
+    }
+
+    /// An upper bound of G: the objective of the vertex's weights, and what the error of their moments can make up.
+    ///
+    /// The inverse may have drifted; its error is squared once by iterative refinement.
+    #[inline(always)]
+    fn attained(&self, vertex: &Vertex<V, R, K>, b: &[f64; R]) -> f64 {
+        let mut weights = vertex.solve(b);
+        let residual = self.residual(vertex, &weights, b);
+        let correction = vertex.solve(&residual);
+        let mut objective = 0.0;
+        for k in 0..K {
+            weights[k] = V::zero().max(weights[k].add(correction[k]));
+        }
+        for r in 0..R {
+            objective += if vertex.index[r] < self.step { weights[r / LANES].lane(r) } else { 0.0 };
+        }
+        let residual = self.residual(vertex, &weights, b);
+        // y . b is at most the objective plus y . residual for a feasible y, this one among them.
+        objective + dot_absolute(&vertex.dual, &residual)
+    }
+
+    /// b - B w.
+    #[inline(always)]
+    fn residual(&self, vertex: &Vertex<V, R, K>, weights: &Rows<V, K>, b: &[f64; R]) -> [f64; R] {
+        let mut residual = [V::zero(); K];
+        let mut padded = [[0.0; LANES]; K];
+        padded.as_flattened_mut()[..R].copy_from_slice(b);
+        for k in 0..K {
+            residual[k] = V::load(&padded[k]);
+        }
+        for r in 0..R {
+            let weight = V::splat(weights[r / LANES].lane(r));
+            let column = self.columns.column(usize::from(vertex.index[r])).as_chunks::<LANES>().0;
+            for k in 0..K {
+                residual[k] = weight.neg_mul_add(V::load(&column[k]), residual[k]);
+            }
+        }
+        for k in 0..K {
+            residual[k].store(&mut padded[k]);
+        }
+        let mut result = [0.0; R];
+        result.copy_from_slice(&padded.as_flattened()[..R]);
+        result
     }
 
     /// Slack that a dual vector provably does not lack anywhere on the support.
@@ -158,378 +214,359 @@ impl<'a, const R: usize> Engine<'a, R> {
 
     /// Dual simplex method from a dual feasible vertex, until the weights are not negative or the value is enough.
     #[inline(always)]
-    fn dual(&mut self, vertex: &mut Vertex<R>, b: &[f64; R], enough: f64, step: u16) -> Option<()> {
-        for pivot in 1..=MAX_PIVOTS {
-            let Some(row) = leaving_row(vertex, b) else {
-                // The inverse has drifted: what it says must hold for a fresh one.
-                vertex.refresh(self.columns, step)?;
-                if leaving_row(vertex, b).is_none() {
-                    return Some(());
-                }
-                continue;
+    fn dual(&mut self, mut vertex: Vertex<V, R, K>, b: &[f64; R], enough: f64) -> Option<Found<V, R, K>> {
+        for _ in 0..MAX_DUAL_PIVOTS {
+            let Some(row) = vertex.negative_row(&vertex.solve(b), WEIGHT_TOLERANCE) else {
+                return Some((vertex, None));
             };
-            let entering = self.entering(vertex, row, step)?;
+            let (entering, slack) = self.entering(&vertex.dual, &vertex.row(row))?;
             self.pivots += 1;
-            vertex.replace(row, entering, self.columns)?;
-            if pivot % REFRESH == 0 {
-                vertex.refresh(self.columns, step)?;
-            } else {
-                vertex.price(step);
-            }
+            let direction = vertex.solve(self.columns.column(entering));
+            vertex.replace(row, entering, &direction, slack)?;
             if dot(&vertex.dual, b) >= enough {
-                vertex.refresh(self.columns, step)?;
-                if dot(&vertex.dual, b) >= enough {
-                    return Some(());
+                return Some((vertex, None));
+            }
+        }
+        vertex.negative_row(&vertex.solve(b), WEIGHT_TOLERANCE).is_none().then_some((vertex, None))
+    }
+
+    /// Column at which the slack vanishes first as the dual vector moves along a row of the inverse, and its slack.
+    #[inline(always)]
+    fn entering(&self, y: &[f64; R], rho: &[f64; R]) -> Option<(usize, f64)> {
+        let floor = V::splat(PIVOT_TOLERANCE * dot_absolute(rho, &self.largest));
+        let (y, rho) = (splat::<V, R>(y), splat::<V, R>(rho));
+        let tolerance = V::splat(SLACK_TOLERANCE);
+        let mut numerator = V::splat(1.0);
+        let mut divisor = V::zero();
+        let mut group = V::zero();
+        for (number, costs) in self.costs.iter().enumerate() {
+            let mut slack = V::load(costs);
+            let mut size = V::zero();
+            for i in 0..R {
+                let row = V::load(&self.rows[i][number]);
+                slack = y[i].neg_mul_add(row, slack);
+                size = rho[i].neg_mul_add(row, size);
+            }
+            let slack = slack.add(tolerance);
+            // slack / size < numerator / divisor without a division; too small a size never is.
+            let left = floor.where_less(size, slack.mul(divisor), V::splat(f64::INFINITY));
+            let right = numerator.mul(size);
+            numerator = left.where_less(right, slack, numerator);
+            group = left.where_less(right, V::splat(number as f64), group);
+            divisor = left.where_less(right, size, divisor);
+        }
+        // Lanes without a candidate divide 1 by 0.
+        let (ratio, lane) = numerator.div(divisor).least();
+        let column = (group.lane(lane) as usize * LANES + lane).min(self.columns.depths() - 1);
+        (ratio < f64::INFINITY).then(|| (column, numerator.lane(lane) - SLACK_TOLERANCE))
+    }
+
+    /// Least slack over the support.
+    #[inline(always)]
+    fn least(&self, y: &[f64; R]) -> f64 {
+        let y = splat::<V, R>(y);
+        let mut least = V::splat(f64::INFINITY);
+        for (number, costs) in self.costs.iter().enumerate() {
+            let mut slack = V::load(costs);
+            for i in 0..R {
+                slack = y[i].neg_mul_add(V::load(&self.rows[i][number]), slack);
+            }
+            least = least.min(slack);
+        }
+        least.least().0
+    }
+
+    /// Least slack among the neighbours of the basic columns.
+    #[inline(always)]
+    fn least_neighbour(&self, vertex: &Vertex<V, R, K>) -> (f64, usize) {
+        let last = self.columns.depths() - 1;
+        let mut best = (0.0, 0);
+        for r in 0..R {
+            let j = usize::from(vertex.index[r]);
+            for j in [j.saturating_sub(1), (j + 1).min(last)] {
+                let column = self.columns.column(j);
+                let mut slack = if j < usize::from(self.step) { 1.0 } else { 0.0 };
+                for i in 0..R {
+                    slack = (-vertex.dual[i]).mul_add(column[i], slack);
+                }
+                if slack < best.0 {
+                    best = (slack, j);
                 }
             }
         }
-        None
-    }
-
-    /// Column at which the slack vanishes first as the dual vector moves along a row of the inverse.
-    #[inline(always)]
-    fn entering(&self, vertex: &Vertex<R>, row: usize, step: u16) -> Option<usize> {
-        let (y, rho) = (&vertex.dual, &vertex.inverse[row]);
-        let floor = PIVOT_TOLERANCE * dot_absolute(rho, &self.largest);
-        let mut numerator = [1.0f64; LANES];
-        let mut divisor = [0.0f64; LANES];
-        let mut group = [0.0f64; LANES];
-        for start in (0..self.rows[0].len()).step_by(LANES) {
-            let (slack, alpha) = self.slack_and_row(y, rho, start, step);
-            let at = start as f64;
-            for lane in 0..LANES {
-                let size = -alpha[lane];
-                let slack = slack[lane] + SLACK_TOLERANCE;
-                // slack / size < numerator / divisor without a division.
-                let better = (size > floor) & (slack * divisor[lane] < numerator[lane] * size);
-                numerator[lane] = if better { slack } else { numerator[lane] };
-                divisor[lane] = if better { size } else { divisor[lane] };
-                group[lane] = if better { at } else { group[lane] };
-            }
-        }
-        let mut best = 0;
-        for lane in 1..LANES {
-            if numerator[lane] * divisor[best] < numerator[best] * divisor[lane] {
-                best = lane;
-            }
-        }
-        (divisor[best] > 0.0).then(|| (group[best] as usize + best).min(self.columns.depths() - 1))
-    }
-
-    /// Slacks p - y . a and products rho . a of one group of columns.
-    #[inline(always)]
-    fn slack_and_row(
-        &self,
-        y: &[f64; R],
-        rho: &[f64; R],
-        start: usize,
-        step: u16,
-    ) -> ([f64; LANES], [f64; LANES]) {
-        let mut slack = costs(start, step);
-        let mut alpha = [0.0; LANES];
-        for i in 0..R {
-            let row = &self.rows[i][start..start + LANES];
-            for lane in 0..LANES {
-                slack[lane] = (-y[i]).mul_add(row[lane], slack[lane]);
-                alpha[lane] = rho[i].mul_add(row[lane], alpha[lane]);
-            }
-        }
-        (slack, alpha)
+        best
     }
 
     /// Least slack over the support and where it is.
     #[inline(always)]
-    fn least_slack(&self, y: &[f64; R], step: u16) -> (f64, usize) {
-        let mut least = [f64::INFINITY; LANES];
-        let mut group = [0.0f64; LANES];
-        for start in (0..self.rows[0].len()).step_by(LANES) {
-            let mut slack = costs(start, step);
+    fn least_slack(&self, y: &[f64; R]) -> (f64, usize) {
+        let y = splat::<V, R>(y);
+        let mut least = V::splat(f64::INFINITY);
+        let mut group = V::zero();
+        for (number, costs) in self.costs.iter().enumerate() {
+            let mut slack = V::load(costs);
             for i in 0..R {
-                let row = &self.rows[i][start..start + LANES];
-                for lane in 0..LANES {
-                    slack[lane] = (-y[i]).mul_add(row[lane], slack[lane]);
-                }
+                slack = y[i].neg_mul_add(V::load(&self.rows[i][number]), slack);
             }
-            let at = start as f64;
-            for lane in 0..LANES {
-                let better = slack[lane] < least[lane];
-                least[lane] = if better { slack[lane] } else { least[lane] };
-                group[lane] = if better { at } else { group[lane] };
-            }
+            group = slack.where_less(least, V::splat(number as f64), group);
+            least = slack.where_less(least, slack, least);
         }
-        let mut best = 0;
-        for lane in 1..LANES {
-            if least[lane] < least[best] {
-                best = lane;
-            }
-        }
-        (least[best], (group[best] as usize + best).min(self.columns.depths() - 1))
+        let (least, lane) = least.least();
+        (least, (group.lane(lane) as usize * LANES + lane).min(self.columns.depths() - 1))
     }
 
-    /// Primal simplex method for the generic moments from a feasible vertex of another step.
+    /// A basis near a guess whose weights are not negative.
+    ///
+    /// A point of contact between two neighbouring depths shows as a pair of columns. If one of its weights is
+    /// negative, their centre of mass says where the pair would be right (Newton's method for the point).
     #[inline(always)]
-    fn primal(&mut self, vertex: &mut Vertex<R>, step: u16) -> bool {
-        vertex.price(step);
-        for pivot in 1..=MAX_PRIMAL_PIVOTS {
-            let (least, entering) = self.least_slack(&vertex.dual, step);
-            if least >= -SLACK_TOLERANCE {
-                return vertex.refresh(self.columns, step).is_some();
+    fn shifted(&mut self, guess: &[u16], b: &[f64; R]) -> Option<Vertex<V, R, K>> {
+        let mut vertex = Vertex::artificial(b);
+        vertex.index.copy_from_slice(guess.get(..R)?);
+        for attempt in 0..MAX_SHIFTS {
+            vertex.invert(self.columns)?;
+            let weights = vertex.solve(b);
+            if vertex.negative_row(&weights, START_TOLERANCE).is_none() {
+                return Some(vertex);
             }
-            self.pivots += 1;
-            let direction = vertex.direction(self.columns.column(entering));
-            let Some(row) = blocking_row(&direction, &vertex.weights(&self.generic)) else { return false };
-            if vertex.replace(row, entering, self.columns).is_none() {
-                return false;
+            let mut entry = [[0.0; LANES]; K];
+            for k in 0..K {
+                weights[k].store(&mut entry[k]);
             }
-            if pivot % REFRESH == 0 {
-                if vertex.refresh(self.columns, step).is_none() {
-                    return false;
-                }
-            } else {
-                vertex.price(step);
+            if attempt + 1 < MAX_SHIFTS {
+                self.shift(&mut vertex.index, entry.as_flattened())?;
+                self.pivots += 1;
             }
-        }
-        false
-    }
-
-    /// A feasible vertex for the generic moments: artificial columns are driven out by the primal method.
-    #[inline(always)]
-    fn phase_one(&mut self) -> Option<Vertex<R>> {
-        let sign: [f64; R] = self.generic.map(|b| if b < 0.0 { -1.0 } else { 1.0 });
-        let mut inverse = [[0.0; R]; R];
-        for (i, row) in inverse.iter_mut().enumerate() {
-            row[i] = sign[i];
-        }
-        let mut vertex = Vertex { index: [u16::MAX; R], inverse, dual: [0.0; R] };
-        for _ in 0..MAX_PRIMAL_PIVOTS {
-            let Some(_) = vertex.index.iter().position(|&j| j == u16::MAX) else {
-                // Only now do costs mean anything.
-                return vertex.refresh(self.columns, 0).map(|()| vertex);
-            };
-            // Cost 1 for artificial columns, 0 for the others: the dual vector sums the rows of the former.
-            let mut y = [0.0; R];
-            for (row, _) in vertex.inverse.iter().zip(&vertex.index).filter(|(_, j)| **j == u16::MAX) {
-                y.iter_mut().zip(row).for_each(|(y, value)| *y += value);
-            }
-            let (_, entering) = self.least_slack(&y, 0);
-            let direction = vertex.direction(self.columns.column(entering));
-            let row = blocking_row(&direction, &vertex.weights(&self.generic))?;
-            self.pivots += 1;
-            vertex.replace(row, entering, self.columns)?;
         }
         None
     }
-}
 
-impl<const R: usize> Vertex<R> {
-    /// Weights of the basic columns for moments b.
+    /// Moves pairs to their centres of mass; `None` if that is impossible.
     #[inline(always)]
-    fn weights(&self, b: &[f64; R]) -> [f64; R] {
-        std::array::from_fn(|r| dot(&self.inverse[r], b))
-    }
-
-    /// Weights by which the basic columns make up another column.
-    #[inline(always)]
-    fn direction(&self, column: &[f64]) -> [f64; R] {
-        std::array::from_fn(|r| (0..R).fold(0.0, |sum, i| self.inverse[r][i].mul_add(column[i], sum)))
-    }
-
-    /// Replaces the basic column of a row.
-    #[inline(always)]
-    fn replace(&mut self, row: usize, entering: usize, columns: &SupportColumns) -> Option<()> {
-        let direction = self.direction(columns.column(entering));
-        let pivot = direction[row];
-        if !pivot.is_normal() {
-            return None;
-        }
-        let inverse = 1.0 / pivot;
-        let scaled = self.inverse[row].map(|value| value * inverse);
-        for r in 0..R {
-            for i in 0..R {
-                self.inverse[r][i] = (-direction[r]).mul_add(scaled[i], self.inverse[r][i]);
-            }
-        }
-        self.inverse[row] = scaled;
-        self.index[row] = entering as u16;
-        Some(())
-    }
-
-    /// y = p_B B^-1: the sum of the rows of columns in front of z_f.
-    #[inline(always)]
-    fn price(&mut self, step: u16) {
-        let mut y = [0.0; R];
-        for r in 0..R {
-            let cost: f64 = if self.index[r] < step { 1.0 } else { 0.0 };
-            for i in 0..R {
-                y[i] = cost.mul_add(self.inverse[r][i], y[i]);
-            }
-        }
-        self.dual = y;
-    }
-
-    /// Inverse and dual vector from the columns themselves (Gauss-Jordan elimination with row exchanges).
-    #[inline(always)]
-    fn refresh(&mut self, columns: &SupportColumns, step: u16) -> Option<()> {
-        // Row i of the matrix of basic columns; solving for the identity.
-        let mut matrix = [[0.0; R]; R];
-        for (r, &j) in self.index.iter().enumerate() {
-            let column = columns.column(usize::from(j));
-            for i in 0..R {
-                matrix[i][r] = column[i];
-            }
-        }
-        let mut inverse = [[0.0; R]; R];
-        for (i, row) in inverse.iter_mut().enumerate() {
-            row[i] = 1.0;
-        }
-        for k in 0..R {
-            let mut best = k;
-            for i in k + 1..R {
-                if matrix[i][k].abs() > matrix[best][k].abs() {
-                    best = i;
+    fn shift(&self, index: &mut [u16; R], weights: &[f64]) -> Option<()> {
+        let last = self.columns.depths() as i32 - 1;
+        let step = i32::from(self.step);
+        let mut r = 0;
+        let mut moved = false;
+        let mut before = -1;
+        while r < R {
+            let j = i32::from(index[r]);
+            let paired = r + 1 < R && i32::from(index[r + 1]) == j + 1 && j != step && j + 1 != step;
+            if !paired {
+                if j <= before {
+                    return None;
                 }
+                before = j;
+                r += 1;
+                continue;
             }
-            matrix.swap(k, best);
-            inverse.swap(k, best);
-            let pivot = matrix[k][k];
-            if !pivot.is_normal() {
+            let (first, second) = (weights[r], weights[r + 1]);
+            let mut to = j;
+            if first < 0.0 || second < 0.0 {
+                let mass = first + second;
+                if mass <= 0.0 {
+                    return None;
+                }
+                let (low, high) = if j < step { (0, step - 2) } else { (step + 1, last - 1) };
+                if low > high {
+                    return None;
+                }
+                to = ((f64::from(j) + second / mass).floor() as i32).clamp(low, high);
+                moved |= to != j;
+            }
+            // Pairs must not meet each other or the single columns between them.
+            if to <= before {
                 return None;
             }
-            let factor = 1.0 / pivot;
-            matrix[k] = matrix[k].map(|value| value * factor);
-            inverse[k] = inverse[k].map(|value| value * factor);
-            let (matrix_row, inverse_row) = (matrix[k], inverse[k]);
-            for i in 0..R {
-                if i != k {
-                    let factor = -matrix[i][k];
-                    for c in 0..R {
-                        matrix[i][c] = factor.mul_add(matrix_row[c], matrix[i][c]);
-                        inverse[i][c] = factor.mul_add(inverse_row[c], inverse[i][c]);
+            index[r] = to as u16;
+            index[r + 1] = to as u16 + 1;
+            before = to + 1;
+            r += 2;
+        }
+        moved.then_some(())
+    }
+
+    /// Primal simplex method, from a basis without negative weights to the optimum.
+    #[inline(always)]
+    fn primal(
+        &mut self,
+        mut vertex: Vertex<V, R, K>,
+        b: &[f64; R],
+        enough: f64,
+        neighbours: usize,
+    ) -> Option<Found<V, R, K>> {
+        let mut weights = vertex.solve(b);
+        for (k, weights) in weights.iter_mut().enumerate() {
+            let mut extra = [0.0; LANES];
+            for (lane, extra) in extra.iter_mut().enumerate() {
+                let r = k * LANES + lane;
+                *extra = if r < R { PERTURBATION * (1.0 + (r * 7 % R) as f64 * (2.0 / R as f64)) } else { 0.0 };
+            }
+            *weights = V::zero().max(*weights).add(V::load(&extra));
+        }
+        let perturbed = self.moments_of(&vertex, &weights);
+        vertex.price(self.step);
+        for pivot in 1..=MAX_PRIMAL_PIVOTS {
+            // Next to a good guess the column that is missing is next to a present one, more often than not.
+            let near = pivot <= neighbours;
+            let (mut least, mut entering) = if near { self.least_neighbour(&vertex) } else { (0.0, 0) };
+            if least >= -SLACK_TOLERANCE {
+                least = self.least(&vertex.dual);
+                if least >= -SLACK_TOLERANCE {
+                    // The perturbation has changed the weights.
+                    if vertex.negative_row(&vertex.solve(b), WEIGHT_TOLERANCE).is_none() {
+                        return Some((vertex, Some(least)));
                     }
+                    return self.dual(vertex, b, enough);
                 }
+                (least, entering) = self.least_slack(&vertex.dual);
+            }
+            self.pivots += 1;
+            self.enter(&mut vertex, &mut weights, entering, least)?;
+            if pivot % REFRESH == 0 {
+                vertex.invert(self.columns)?;
+                vertex.price(self.step);
+                weights = vertex.solve(&perturbed).map(|w| V::zero().max(w));
             }
         }
-        self.inverse = inverse;
-        self.price(step);
-        Some(())
-    }
-}
-
-impl<const R: usize> Cache<R> {
-    #[inline(always)]
-    fn clear(&mut self) {
-        self.vertices.clear();
-        self.duals.clear();
-        self.lacking.clear();
-        self.used.clear();
+        None
     }
 
-    /// Adds a vertex and returns its place; a full cache replaces its newest entry.
+    /// Brings a column into a feasible basis.
     #[inline(always)]
-    fn insert(&mut self, vertex: &Vertex<R>, lacking: f64) -> usize {
-        let place = self.vertices.len().min(MAX_CACHED - 1);
-        let (group, lane) = (place / LANES, place % LANES);
-        if group == self.duals.len() {
-            self.duals.push([[0.0; LANES]; R]);
+    fn enter(
+        &self,
+        vertex: &mut Vertex<V, R, K>,
+        weights: &mut Rows<V, K>,
+        entering: usize,
+        slack: f64,
+    ) -> Option<()> {
+        let direction = vertex.solve(self.columns.column(entering));
+        let mut largest = V::zero();
+        for k in 0..K {
+            largest = largest.max(direction[k].abs());
         }
-        if place == self.vertices.len() {
-            self.vertices.push(*vertex);
-            self.lacking.push(lacking);
-            self.used.push(UNUSED);
-        } else {
-            self.vertices[place] = *vertex;
-            self.lacking[place] = lacking;
-            self.used[place] = UNUSED;
+        let most = -V::zero().add(largest.mul(V::splat(-1.0))).least().0;
+        let floor = V::splat(PIVOT_TOLERANCE * most);
+        let mut blocking = (f64::INFINITY, None);
+        for k in 0..K {
+            let ratio = weights[k].div(direction[k]);
+            let (least, lane) = floor.where_less(direction[k], ratio, V::splat(f64::INFINITY)).least();
+            if least < blocking.0 {
+                blocking = (least, Some(k * LANES + lane));
+            }
         }
-        for i in 0..R {
-            self.duals[group][i][lane] = vertex.dual[i];
+        let (level, row) = (blocking.0, blocking.1?);
+        for k in 0..K {
+            weights[k] = V::zero().max(V::splat(level).neg_mul_add(direction[k], weights[k]));
         }
-        place
+        let mut entry = [0.0; LANES];
+        weights[row / LANES].store(&mut entry);
+        entry[row % LANES] = level;
+        weights[row / LANES] = V::load(&entry);
+        vertex.replace(row, entering, &direction, slack)
     }
 
-    /// The vertex with the largest y . b.
+    /// B w.
     #[inline(always)]
-    fn best(&self, b: &[f64; R]) -> usize {
-        let mut largest = [f64::NEG_INFINITY; LANES];
-        let mut group = [0.0f64; LANES];
-        for (number, duals) in self.duals.iter().enumerate() {
-            let mut value = [0.0; LANES];
+    fn moments_of(&self, vertex: &Vertex<V, R, K>, weights: &Rows<V, K>) -> [f64; R] {
+        let mut sum = [0.0; R];
+        for r in 0..R {
+            let column = self.columns.column(usize::from(vertex.index[r]));
+            let weight = weights[r / LANES].lane(r);
             for i in 0..R {
-                for lane in 0..LANES {
-                    value[lane] = b[i].mul_add(duals[i][lane], value[lane]);
+                sum[i] = weight.mul_add(column[i], sum[i]);
+            }
+        }
+        sum
+    }
+
+    /// At most R depths of the distribution that have its moments (Caratheodory), by the primal method from artificial
+    /// columns over its own; depths of any kind make up the number.
+    #[inline(always)]
+    fn reduced(&mut self, kernel: &SupportDistribution, b: &[f64; R]) -> Option<Vertex<V, R, K>> {
+        let indices = kernel.indices();
+        self.own.clear();
+        for group in indices.chunks(LANES) {
+            let mut columns = [[0.0; LANES]; R];
+            for lane in 0..LANES {
+                let column = self.columns.column(usize::from(group[lane.min(group.len() - 1)]));
+                for i in 0..R {
+                    columns[i][lane] = column[i];
                 }
             }
-            let at = number as f64;
-            for lane in 0..LANES {
-                let better = value[lane] > largest[lane];
-                largest[lane] = if better { value[lane] } else { largest[lane] };
-                group[lane] = if better { at } else { group[lane] };
+            self.own.push(columns);
+        }
+        let mut vertex = Vertex::artificial(b);
+        let mut weights = vertex.solve(b);
+        for _ in 0..4 * R {
+            // Cost 1 for artificial columns, 0 for the others: the dual vector sums the rows of the former.
+            let y = vertex.rows_where(|index| index == ARTIFICIAL);
+            if dot(&y, b) <= REDUCED {
+                break;
+            }
+            let (gain, place) = largest_product::<V, R>(&self.own, &y);
+            if gain <= REDUCED {
+                break;
+            }
+            self.pivots += 1;
+            let entering = usize::from(indices[place.min(indices.len() - 1)]);
+            self.enter(&mut vertex, &mut weights, entering, 0.0)?;
+        }
+        for row in 0..R {
+            if vertex.index[row] == ARTIFICIAL {
+                self.pivots += 1;
+                let entering = self.largest_entry(&vertex.row(row));
+                let direction = vertex.solve(self.columns.column(entering));
+                vertex.replace(row, entering, &direction, 0.0)?;
             }
         }
-        let mut best = 0;
-        for lane in 1..LANES {
-            if largest[lane] > largest[best] {
-                best = lane;
+        Some(vertex)
+    }
+
+    /// The column with the largest |rho . a|.
+    #[inline(always)]
+    fn largest_entry(&self, rho: &[f64; R]) -> usize {
+        let rho = splat::<V, R>(rho);
+        let mut least = V::zero();
+        let mut group = V::zero();
+        for number in 0..self.costs.len() {
+            let mut alpha = V::zero();
+            for i in 0..R {
+                alpha = rho[i].mul_add(V::load(&self.rows[i][number]), alpha);
             }
+            let size = alpha.abs().mul(V::splat(-1.0));
+            group = size.where_less(least, V::splat(number as f64), group);
+            least = size.where_less(least, size, least);
         }
-        // Lanes beyond the last vertex hold y = 0, which is feasible but no vertex.
-        (group[best] as usize * LANES + best).min(self.vertices.len() - 1)
+        let (_, lane) = least.least();
+        (group.lane(lane) as usize * LANES + lane).min(self.columns.depths() - 1)
     }
 }
 
-/// p over one group of columns.
 #[inline(always)]
-fn costs(start: usize, step: u16) -> [f64; LANES] {
-    std::array::from_fn(|lane| if start + lane < usize::from(step) { 1.0 } else { 0.0 })
-}
-
-/// Objective of the weights that are not negative.
-#[inline(always)]
-fn attained<const R: usize>(vertex: &Vertex<R>, b: &[f64; R], step: u16) -> f64 {
-    let weights = vertex.weights(b);
-    (0..R).fold(0.0, |sum, r| if vertex.index[r] < step { sum + weights[r].max(0.0) } else { sum })
-}
-
-/// The row with the most negative weight relative to the size of its row of the inverse.
-#[inline(always)]
-fn leaving_row<const R: usize>(vertex: &Vertex<R>, b: &[f64; R]) -> Option<usize> {
-    let mut worst = (WEIGHT_TOLERANCE, 1.0, R);
-    for r in 0..R {
-        let row = &vertex.inverse[r];
-        let (mut weight, mut size) = (0.0, 0.0);
-        for i in 0..R {
-            weight = row[i].mul_add(b[i], weight);
-            size += row[i].abs();
-        }
-        if -weight * worst.1 > worst.0 * size {
-            worst = (-weight, size, r);
-        }
+fn splat<V: Lanes, const R: usize>(values: &[f64; R]) -> [V; R] {
+    let mut vectors = [V::zero(); R];
+    for i in 0..R {
+        vectors[i] = V::splat(values[i]);
     }
-    (worst.2 < R).then_some(worst.2)
-}
-
-/// The row whose weight vanishes first as the entering column grows.
-#[inline(always)]
-fn blocking_row<const R: usize>(direction: &[f64; R], weights: &[f64; R]) -> Option<usize> {
-    let largest = direction.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
-    let mut best: Option<(usize, f64)> = None;
-    for r in 0..R {
-        if direction[r] > PIVOT_TOLERANCE * largest {
-            let ratio = weights[r].max(0.0) / direction[r];
-            if best.is_none_or(|(_, least)| ratio < least) {
-                best = Some((r, ratio));
-            }
-        }
-    }
-    best.map(|(row, _)| row)
+    vectors
 }
 
 #[inline(always)]
 fn dot<const R: usize>(a: &[f64; R], b: &[f64; R]) -> f64 {
-    (0..R).fold(0.0, |sum, i| a[i].mul_add(b[i], sum))
+    let mut sum = 0.0;
+    for i in 0..R {
+        sum = a[i].mul_add(b[i], sum);
+    }
+    sum
 }
 
 #[inline(always)]
 fn dot_absolute<const R: usize>(a: &[f64; R], b: &[f64; R]) -> f64 {
-    (0..R).fold(0.0, |sum, i| a[i].abs().mul_add(b[i].abs(), sum))
+    let mut sum = 0.0;
+    for i in 0..R {
+        sum = a[i].abs().mul_add(b[i].abs(), sum);
+    }
+    sum
 }

@@ -58,7 +58,8 @@ fn bound(task: &Task<'_>, fragment: &FastFragment) -> Result<(FastBound, FastVer
     let excess = |column: &Column| (dot(&dual, &column.entries) - DoubleDouble::from(column.cost)).to_f64();
     let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();
     let lacking = program.columns().iter().map(excess).fold(0.0, f64::max) + size * ROUNDING;
-    let mut vertex = FastVertex { step: fragment.step, lacking, ..FastVertex::default() };
+    let mut vertex =
+        FastVertex { step: fragment.step, lacking, rank: rank as u8, ..FastVertex::default() };
     for (i, y) in dual.iter().enumerate() {
         vertex.dual[i] = y.to_f64();
         vertex.dual_low[i] = (*y - DoubleDouble::from(vertex.dual[i])).to_f64();
@@ -66,6 +67,7 @@ fn bound(task: &Task<'_>, fragment: &FastFragment) -> Result<(FastBound, FastVer
     for (place, j) in vertex.support.iter_mut().zip(program.basic_depths()) {
         *place = j as u16;
     }
+    vertex.support[..rank].sort_unstable();
     let lower_proved = (value - lacking - size * ROUNDING).max(0.0);
     // The primal objective of the optimal vertex is the same number; its weights were computed to 1e-24.
     let lower = value.clamp(0.0, fragment.mass_before.max(lower_proved));

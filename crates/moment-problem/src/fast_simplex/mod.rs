@@ -13,9 +13,12 @@
 
 mod engine;
 mod exact;
+mod lanes;
 mod support;
+mod vertex;
 
 use engine::{Engine, Job};
+use lanes::{Lanes, Portable};
 pub use support::{FunctionTable, MAX_SUPPORT, SupportColumns, SupportDistribution, snap};
 
 /// Largest number of rows: 1 and eight functions.
@@ -52,8 +55,10 @@ pub struct FastVertex {
     pub dual: [f64; MAX_ROWS],
     /// What `dual` lacks of y, zero unless the exact route found it.
     pub dual_low: [f64; MAX_ROWS],
-    /// Indices of the basic depths, 0 beyond the rank.
+    /// Ascending indices of the basic depths, 0 beyond the rank.
     pub support: [u16; MAX_ROWS],
+    /// Number of rows.
+    pub rank: u8,
     /// y . a(z_j) - p_j is at most this on the support, rounding included.
     pub lacking: f64,
 }
@@ -78,14 +83,13 @@ pub struct FastSolution {
 pub struct FastSimplex<'a> {
     columns: &'a SupportColumns,
     tolerance: f64,
+    early: bool,
     width: Width,
 }
 
 /// How wide the vectors are that the solver was compiled for. Results are the same for all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Width {
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
     #[cfg(target_arch = "x86_64")]
     Avx2,
     Portable,
@@ -95,9 +99,6 @@ impl Width {
     fn widest() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("fma") {
-                return Self::Avx512;
-            }
             if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
                 return Self::Avx2;
             }
@@ -109,7 +110,13 @@ impl Width {
 impl<'a> FastSimplex<'a> {
     /// A solver whose bounds differ from what is proved by at most `tolerance`, such as 1e-6.
     pub fn new(columns: &'a SupportColumns, tolerance: f64) -> Self {
-        Self { columns, tolerance, width: Width::widest() }
+        Self { columns, tolerance, early: true, width: Width::widest() }
+    }
+
+    /// The same, but each program is solved to its optimal vertex even where F is proved before: a better start for
+    /// [`FastSimplex::solve_near`].
+    pub fn thorough(self) -> Self {
+        Self { early: false, ..self }
     }
 
     /// The same with the portable code path, for comparison.
@@ -124,16 +131,40 @@ impl<'a> FastSimplex<'a> {
     /// # Panics
     /// If a fragment names a kernel or a step that does not exist.
     pub fn solve(&self, kernels: &[SupportDistribution], fragments: &[FastFragment]) -> FastSolution {
-        let task = Task { columns: self.columns, tolerance: self.tolerance, kernels, fragments };
+        self.run(kernels, fragments, None)
+    }
+
+    /// The same, starting at the solution for another basis of the same rank: the depths of an optimal distribution
+    /// depend little on the basis. Without such a solution, or where it does not help, each program starts from the
+    /// distribution itself.
+    ///
+    /// # Panics
+    /// As [`FastSimplex::solve`], and if the solution is not one for these fragments.
+    pub fn solve_near(
+        &self,
+        kernels: &[SupportDistribution],
+        fragments: &[FastFragment],
+        other: &FastSolution,
+    ) -> FastSolution {
+        assert_eq!(other.bounds.len(), fragments.len(), "the solution is one for other fragments");
+        self.run(kernels, fragments, Some(other))
+    }
+
+    fn run(
+        &self,
+        kernels: &[SupportDistribution],
+        fragments: &[FastFragment],
+        other: Option<&FastSolution>,
+    ) -> FastSolution {
+        let task =
+            Task { columns: self.columns, tolerance: self.tolerance, early: self.early, kernels, fragments, other };
         let mut solution = match self.width {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the features were detected when the width was chosen.
-            Width::Avx512 => unsafe { solve_avx512(&task) },
-            #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
             Width::Avx2 => unsafe { solve_avx2(&task) },
             Width::Portable => solve_portable(&task),
         };
+        if std::env::var("NOEXACT").is_ok() { return solution; }
         exact::settle(&task, &mut solution);
         solution
     }
@@ -143,61 +174,62 @@ impl<'a> FastSimplex<'a> {
 struct Task<'a> {
     columns: &'a SupportColumns,
     tolerance: f64,
+    early: bool,
     kernels: &'a [SupportDistribution],
     fragments: &'a [FastFragment],
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512dq,avx512vl,avx512bw,avx2,fma")]
-fn solve_avx512(task: &Task<'_>) -> FastSolution {
-    by_rank(task)
+    other: Option<&'a FastSolution>,
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn solve_avx2(task: &Task<'_>) -> FastSolution {
-    by_rank(task)
+    by_rank::<lanes::Avx2>(task)
 }
 
 fn solve_portable(task: &Task<'_>) -> FastSolution {
-    by_rank(task)
+    by_rank::<Portable>(task)
 }
 
 #[inline(always)]
-fn by_rank(task: &Task<'_>) -> FastSolution {
+fn by_rank<V: Lanes>(task: &Task<'_>) -> FastSolution {
     match task.columns.rank() {
-        2 => solve::<2>(task),
-        3 => solve::<3>(task),
-        4 => solve::<4>(task),
-        5 => solve::<5>(task),
-        6 => solve::<6>(task),
-        7 => solve::<7>(task),
-        8 => solve::<8>(task),
-        _ => solve::<9>(task),
+        2 => solve::<V, 2, 1>(task),
+        3 => solve::<V, 3, 1>(task),
+        4 => solve::<V, 4, 1>(task),
+        5 => solve::<V, 5, 1>(task),
+        6 => solve::<V, 6, 1>(task),
+        7 => solve::<V, 7, 1>(task),
+        8 => solve::<V, 8, 1>(task),
+        _ => solve::<V, 9, 2>(task),
     }
 }
 
 #[inline(always)]
-fn solve<const R: usize>(task: &Task<'_>) -> FastSolution {
+fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> FastSolution {
     let mut solution =
         FastSolution { bounds: Vec::with_capacity(task.fragments.len()), ..FastSolution::default() };
     let moments: Vec<[f64; MAX_ROWS]> =
         task.kernels.iter().map(|kernel| task.columns.moments(kernel)).collect();
-    let mut engine = Engine::<R>::new(task.columns);
+    let mut engine = Engine::<V, R, K>::new(task.columns);
     let mut present = None;
-    let mut begun = false;
     for (index, fragment) in task.fragments.iter().enumerate() {
         if present != Some(fragment.step) {
             present = Some(fragment.step);
-            begun = engine.begin(fragment.step);
+            engine.begin(fragment.step);
         }
-        let moments = &moments[fragment.kernel as usize];
-        let job = Job { moments, mass_before: fragment.mass_before };
-        let bound = if begun {
-            engine.bound(fragment.step, &job, task.tolerance, &mut solution.vertices)
-        } else {
-            None
+        let kernel = fragment.kernel as usize;
+        let guess = task.other.and_then(|other| {
+            let vertex = other.vertices.get(other.bounds[index].vertex as usize)?;
+            (vertex.rank == R as u8).then_some(&vertex.support[..R])
+        });
+        let job = Job {
+            kernel: &task.kernels[kernel],
+            moments: &moments[kernel],
+            guess,
+            early: task.early,
+            mass_before: fragment.mass_before,
         };
+        let bound = engine.bound(&job, task.tolerance, &mut solution.vertices);
         if bound.is_none() {
             solution.uncertified.push(index);
         }

@@ -81,8 +81,8 @@ pub struct SupportColumns {
     depths: usize,
     rank: usize,
     padded: usize,
-    /// Row-major, `padded` values a row; beyond the support the last column is repeated.
-    rows: Vec<f64>,
+    /// Row-major in groups of lanes, `padded` values a row; beyond the support the last column is repeated.
+    rows: Vec<[f64; LANES]>,
     /// Column-major, `LANES` or 2 `LANES` values a column, zero beyond the rank.
     columns: Vec<f64>,
     dropped: Vec<String>,
@@ -133,13 +133,13 @@ impl SupportColumns {
             depths: count,
             rank,
             padded,
-            rows: vec![0.0; rank * padded],
+            rows: vec![[0.0; LANES]; rank * padded / LANES],
             columns: vec![0.0; count * stride],
             dropped,
         };
         for (i, direction) in directions.iter().enumerate() {
             for j in 0..padded {
-                columns.rows[i * padded + j] = direction[j.min(count - 1)].to_f64();
+                columns.rows[(i * padded + j) / LANES][j % LANES] = direction[j.min(count - 1)].to_f64();
             }
             for (j, value) in direction.iter().enumerate() {
                 columns.columns[j * stride + i] = value.to_f64();
@@ -165,8 +165,9 @@ impl SupportColumns {
 
     /// Row i over the support, padded to whole groups of lanes.
     #[inline(always)]
-    pub(super) fn row(&self, i: usize) -> &[f64] {
-        &self.rows[i * self.padded..(i + 1) * self.padded]
+    pub(super) fn row(&self, i: usize) -> &[[f64; LANES]] {
+        let groups = self.padded / LANES;
+        &self.rows[i * groups..(i + 1) * groups]
     }
 
     /// a(z_j), the rank's values first.
