@@ -9,6 +9,7 @@ mod error;
 mod experiment;
 mod filterable;
 mod kernel;
+mod lines;
 mod method;
 mod provenance;
 mod run;
