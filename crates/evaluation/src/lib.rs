@@ -29,4 +29,4 @@ pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
-pub use shadow_filtering::DepthBias;
+pub use shadow_filtering::{DepthBias, TechniqueSpec};
