@@ -63,8 +63,20 @@ fn records_depend_neither_on_threads_nor_on_the_run_and_no_run_is_overwritten() 
         let runs: Vec<PathBuf> =
             ["1", "3", "3"].iter().map(|threads| smoke(&experiment, &out, &["--threads", threads])).collect();
         assert!(runs[0] != runs[1] && runs[1] != runs[2] && runs[0] != runs[2], "{runs:?}");
-        let records = |run: &PathBuf| std::fs::read(run.join("records.csv")).unwrap();
-        assert!(records(&runs[0]) == records(&runs[1]) && records(&runs[1]) == records(&runs[2]));
+        // Everything but times: tables, kernels and error maps too.
+        let names = |run: &PathBuf| {
+            let entries =
+                std::fs::read_dir(run).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+            let timed = ["samples.csv", "provenance.json", "README.md"];
+            let mut names: Vec<String> = entries.filter(|name| !timed.contains(&name.as_str())).collect();
+            names.sort();
+            names
+        };
+        assert!(names(&runs[0]) == names(&runs[1]) && names(&runs[1]) == names(&runs[2]));
+        for name in names(&runs[0]) {
+            let bytes = |run: &PathBuf| std::fs::read(run.join(&name)).unwrap();
+            assert!(bytes(&runs[0]) == bytes(&runs[1]) && bytes(&runs[1]) == bytes(&runs[2]), "{name}");
+        }
     }
 }
 
@@ -149,6 +161,9 @@ fn mistakes_in_techniques_and_scenes_name_key_and_value() {
     let text = std::fs::read_to_string(path).unwrap();
     let cases = [
         ("kind = \"vsm\"", "kind = \"vsmm\"", "vsmm"),
+        ("\nsize = 96", "\nsize = 7", "kernel.size = 9 exceeds the map's size = 7"),
+        ("shape = \"box\", size = 1 ", "shape = \"box\", size = 101 ", "comparison.size = 101 exceeds"),
+        ("coefficients = 16", "coefficients = \"many\"", "many"),
         ("size = 9, sigma", "size = 8, sigma", "size = 8"),
         ("exponent = 80.0", "exponent = 120.0", "exponent = 120"),
         ("positive = 42.0", "positive = 50.0", "positive = 50"),
@@ -158,7 +173,7 @@ fn mistakes_in_techniques_and_scenes_name_key_and_value() {
         ("views = [\"oblique\"]", "views = [\"midnight\"]", "midnight"),
         ("beta = 0.5 }", "beta = 1.5 }", "beta = 1.5"),
         ("layers = 4", "layer = 4", "layer"),
-        ("id = \"kernel\"", "id = \"kernel\"\ntexel = [1, 2]", "texel = [1, 2]"),
+        ("id = \"kernel\",", "id = \"kernel\", texel = [1, 2],", "texel = [1, 2]"),
         ("\nfragments = 400", "\nfragments = 3", "certified_fragments = 4"),
     ];
     for (i, (old, new, needle)) in cases.into_iter().enumerate() {
@@ -171,7 +186,75 @@ fn mistakes_in_techniques_and_scenes_name_key_and_value() {
         let message = String::from_utf8(output.stderr).unwrap();
         assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{new}: {message}");
         assert!(message.contains(needle), "{new}: {message}");
+        // Cases that begin with a newline contradict another key, and that one's line is named.
+        let line = text[..text.find(old).unwrap()].matches('\n').count() + 1;
+        let place = if old.starts_with('\n') { "line ".to_owned() } else { format!("line {line}: ") };
+        assert!(message.contains(&format!("case-{i}.toml: {place}")), "{new}: {place}: {message}");
     }
+}
+
+#[test]
+fn stacks_are_evaluated_and_those_of_another_version_or_with_nan_are_refused() {
+    let folder = directory("stacks");
+    let out = folder.to_str().unwrap();
+    let rendered = msm(&["render", "stairs", "--size", "96", "--backend", "cpu", "--out", out]);
+    assert!(rendered.status.success());
+    let stack = folder.join("stairs-high.stack.npz");
+    let experiment = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/filterable.toml");
+    let run = smoke(&experiment, &folder, &["--scene", stack.to_str().unwrap()]);
+    assert!(std::fs::read_to_string(run.join("views.csv")).unwrap().contains("stairs-high.stack.npz,stack"));
+    let text = std::fs::read_to_string(&experiment).unwrap();
+    let intact = std::fs::read(&stack).unwrap();
+    // The archive stores arrays as they are: the last four bytes of an array, before the next header "PK".
+    let changed = |array: &str, value: [u8; 4]| {
+        let mut bytes = intact.clone();
+        let find = |from: usize, needle: &[u8]| {
+            from + bytes[from..].windows(needle.len()).position(|window| window == needle).unwrap()
+        };
+        let header = find(0, format!("{array}.npy").as_bytes());
+        let start = find(header, b"\x93NUMPY");
+        let end = find(start, b"PK\x03\x04");
+        bytes[end - 4..end].copy_from_slice(&value);
+        // The entry's checksum, in its own header and in the directory.
+        let checksum = crc32(&bytes[start..end]);
+        let local = header - 30;
+        let directory = find(header + 1, format!("{array}.npy").as_bytes()) - 46;
+        bytes[local + 14..local + 18].copy_from_slice(&checksum.to_le_bytes());
+        bytes[directory + 16..directory + 20].copy_from_slice(&checksum.to_le_bytes());
+        bytes
+    };
+    for (i, (bytes, needle)) in [
+        (changed("version", 2u32.to_le_bytes()), "'version' holds 2"),
+        (changed("depths", f32::NAN.to_le_bytes()), "'depths' is invalid: holds NaN"),
+        (changed("gradients", f32::NAN.to_le_bytes()), "'gradients' is invalid"),
+        (b"no archive".to_vec(), "no .npz archive"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let name = format!("bad-{i}.npz");
+        std::fs::write(folder.join(&name), bytes).unwrap();
+        let path = folder.join(format!("bad-{i}.toml"));
+        let scene = folder.join(&name).display().to_string();
+        std::fs::write(&path, text.replace("scenes = [\"stairs\"]", &format!("scenes = ['{scene}']")))
+            .unwrap();
+        let output = msm(&["run", path.to_str().unwrap(), "--scale", "smoke", "--out", out]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+        for part in [needle, "line ", "scenes[0]", name.as_str()] {
+            assert!(
+                message.contains(part) || (part == name && message.contains(&scene)),
+                "{part}: {message}"
+            );
+        }
+    }
+}
+
+/// The checksum of zip archives.
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, &byte| {
+        (0..8).fold(crc ^ u32::from(byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
+    })
 }
 
 #[test]

@@ -19,7 +19,7 @@ pub struct Arguments {
     /// Where EXPERIMENT/RUN/ is created; an existing run is never overwritten.
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
-    /// Scene to evaluate in place of the experiment's: a procedural name or a .glb, .gltf or .obj file; repeatable.
+    /// Scene to evaluate in place of the experiment's: a procedural name, a .glb, .gltf or .obj file, or a stack of `msm render` (.npz); repeatable.
     #[arg(long = "scene", value_name = "FILE")]
     scenes: Vec<String>,
     /// Seed in place of the experiment's own.

@@ -18,6 +18,14 @@ pub enum EvaluationError {
     /// A value of an experiment makes no sense.
     #[error("{0}")]
     Value(String),
+    /// A value of an experiment makes no sense, and its place in the file is known.
+    #[error("{reason}")]
+    Key {
+        /// Path of the key, such as `technique[3].method.exponent`.
+        key: String,
+        /// What is wrong; names the value.
+        reason: String,
+    },
     /// A technique has no method.
     #[error("technique `{technique}`: {source}")]
     Technique {
@@ -55,6 +63,6 @@ pub enum EvaluationError {
 impl EvaluationError {
     /// Whether the input, and not the machine, is at fault.
     pub fn is_input(&self) -> bool {
-        matches!(self, Self::Input { .. } | Self::Value(_) | Self::Technique { .. })
+        matches!(self, Self::Input { .. } | Self::Value(_) | Self::Key { .. } | Self::Technique { .. })
     }
 }

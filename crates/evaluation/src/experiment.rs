@@ -3,6 +3,7 @@
 use crate::bounds::BoundsExperiment;
 use crate::error::EvaluationError;
 use crate::filterable::FilterableExperiment;
+use crate::lines;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
@@ -101,8 +102,9 @@ impl Experiment {
                 let seed = i64::try_from(seed).map_err(|_| fail(format!("seed {seed} exceeds 2^63 - 1")))?;
                 merged.insert("seed".to_owned(), Value::Integer(seed));
             }
-            let kind = Kind::from_table(merged.clone())
-                .map_err(|reason| fail(format!("{reason} (scale {candidate})")))?;
+            let kind = Kind::from_table(merged.clone()).map_err(|reason| {
+                fail(format!("{}{reason} (scale {candidate})", line_prefix(&source, candidate)))
+            })?;
             if candidate == scale {
                 resolved = Some((merged, kind));
             }
@@ -170,6 +172,11 @@ fn located(source: &str, error: &toml::de::Error) -> String {
         }
         None => one_line(error),
     }
+}
+
+/// `line 12: ` where the line of the mistake can be found.
+fn line_prefix(source: &str, scale: Scale) -> String {
+    lines::of_mistake(source, scale).map(|line| format!("line {line}: ")).unwrap_or_default()
 }
 
 fn one_line(error: &toml::de::Error) -> String {

@@ -70,7 +70,8 @@ impl Experiment {
                 (pool.install(|| experiment.run(options.progress)), experiment.seed)
             }
         };
-        let recorded = result.inspect_err(|_| directory.remove_if_empty())?;
+        let located = |error| self.located(error, options.scale);
+        let recorded = result.inspect_err(|_| directory.remove_if_empty()).map_err(located)?;
         let mut inputs = BTreeMap::from([(format!("{}.toml", self.name), sha256(self.source.as_bytes()))]);
         for scene in self.scenes() {
             // Procedural scenes are no files; a scene file was read a moment ago.

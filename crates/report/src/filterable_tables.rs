@@ -1,5 +1,6 @@
 //! The tables of a `filterable` experiment in Markdown.
 
+use crate::filterable_order;
 use crate::filterable_summary::Tables;
 use evaluation::{DepthBias, FilterableExperiment};
 use std::fmt::Write as _;
@@ -8,6 +9,7 @@ use std::fmt::Write as _;
 pub(crate) fn markdown(experiment: &FilterableExperiment, tables: &Tables) -> String {
     let parts = [
         errors(tables),
+        filterable_order::markdown(experiment, tables),
         by_class(tables),
         by_view(tables),
         by_bias(experiment, tables),

@@ -7,6 +7,7 @@ mod canvas;
 mod error;
 mod error_sheet;
 mod filterable_figures;
+mod filterable_order;
 mod filterable_summary;
 mod filterable_tables;
 mod run_report;

@@ -191,7 +191,7 @@ fn closed_forms_agree_with_the_linear_program_on_the_same_moments() {
             for _ in 0..15 {
                 let (x, y) = ((random.unit() * 48.0) as usize, (random.unit() * 48.0) as usize);
                 let z_f = random.unit();
-                let g = technique.shade(filtered.texel(x, y), z_f).unwrap();
+                let g = technique.bounds(filtered.texel(x, y), z_f).lower;
                 let solved = program.shade(&technique.biased(filtered.texel(x, y)), z_f).unwrap();
                 assert!((g - solved).abs() < 1e-6, "{basis} at ({x}, {y}), {z_f}: {g} and {solved}");
             }

@@ -12,11 +12,15 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use crate::stack::FacingBits;
 use crate::{RenderError, ShadowMapStack};
 
+/// Version of the arrays and of what they mean. It grows when an older reader would misunderstand a file.
+const VERSION: u32 = 1;
+
 impl ShadowMapStack {
     /// Writes the stack as an uncompressed `.npz` archive with these arrays (n fragments):
     ///
     /// | name | type | shape |
     /// |---|---|---|
+    /// | `version` | `uint32`, 1 | scalar |
     /// | `width`, `height` | `uint32` | scalar |
     /// | `offsets` | `uint32` | `width * height + 1` |
     /// | `depths` | `float32` | n |
@@ -51,6 +55,7 @@ impl ShadowMapStack {
     fn write_archive(&self, path: &Path) -> io::Result<()> {
         let mut zip = ZipWriter::new(File::create(path)?);
         let fragments = self.fragments() as u64;
+        write_array(&mut zip, "version", &[], [VERSION])?;
         write_array(&mut zip, "width", &[], [self.width])?;
         write_array(&mut zip, "height", &[], [self.height])?;
         write_array(&mut zip, "offsets", &[self.offsets.len() as u64], self.offsets.iter().copied())?;
@@ -63,11 +68,12 @@ impl ShadowMapStack {
     }
 
     /// Reads an archive written by [`ShadowMapStack::save`] or by `np.savez` or `np.savez_compressed` with the same
-    /// names and types; `width` and `height` may be any integers. Further arrays are ignored.
+    /// names and types; `width` and `height` may be any integers. An archive without `version` counts as of this one.
+    /// Further arrays are ignored.
     ///
     /// # Errors
     /// [`RenderError::File`] if the file cannot be opened, [`RenderError::Archive`] if it is no archive, lacks an
-    /// array, or an array has the wrong type or is damaged, [`RenderError::InvalidStack`] and
+    /// array, is of another version, or an array has the wrong type or is damaged, [`RenderError::InvalidStack`] and
     /// [`RenderError::MapSize`] for contents that violate an invariant.
     pub fn load(path: &Path) -> Result<Self, RenderError> {
         let file = File::open(path).map_err(|source| RenderError::File { path: path.to_owned(), source })?;
@@ -75,6 +81,13 @@ impl ShadowMapStack {
         let zip =
             ZipArchive::new(BufReader::new(file)).map_err(|e| archive(format!("no .npz archive: {e}")))?;
         let mut reader = Reader { zip, path: path.to_owned() };
+        if reader.has("version") {
+            let version = reader.integer("version")?;
+            if version != VERSION {
+                let what = format!("array 'version' holds {version}, this program reads version {VERSION}");
+                return Err(archive(what));
+            }
+        }
         let (width, height) = (reader.integer("width")?, reader.integer("height")?);
         crate::light_frame::check_size(width, height)?;
         let offsets = reader.array::<u32>("offsets", "uint32", 1)?;
@@ -117,6 +130,10 @@ struct Reader<R> {
 }
 
 impl<R: Read + Seek> Reader<R> {
+    fn has(&self, name: &str) -> bool {
+        self.zip.index_for_name(&npyz::npz::file_name_from_array_name(name)).is_some()
+    }
+
     /// Opens an array and returns it with the number of bytes its archive entry declares.
     fn open(&mut self, name: &str) -> Result<(NpyFile<impl Read>, u64), RenderError> {
         let path = &self.path;

@@ -7,13 +7,12 @@ use super::records::{AgreementRecord, FilterableRecord, ViewRecord};
 use super::settings::{FilterableExperiment, FilterableTechnique};
 use super::statistics::{Group, Outcome, TOLERANCE, record};
 use super::timing;
-use super::view::{CLASSES, Sample, View};
+use super::view::{CLASSES, Sample, Source, View};
 use crate::error::EvaluationError;
 use crate::run::{Progress, Recorded};
 use crate::run_directory::RecordedFile;
 use rayon::prelude::*;
 use shadow_filtering::{ChannelMap, FilteringError, Kernel, Receiver, Technique, encode, filter};
-use shadow_renderer::load_scene;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A technique prepared for any view.
@@ -208,20 +207,21 @@ impl FilterableExperiment {
         let mut tables = Tables::default();
         tables.evaluated.resize_with(self.technique.len(), Vec::new);
         let mut scenes = Vec::new();
-        for label in &self.scenes {
-            let scene =
-                load_scene(label).map_err(|e| EvaluationError::Value(format!("scene `{label}`: {e}")))?;
-            let wanted = |name: &String| self.views.is_empty() || self.views.contains(name);
-            let lights: Vec<_> = scene.views.iter().filter(|light| wanted(&light.name)).cloned().collect();
+        for (index, label) in self.scenes.iter().enumerate() {
+            let (scene, mut lights) = Source::load(label).map_err(|reason| EvaluationError::Key {
+                key: format!("scenes[{index}]"),
+                reason: format!("scene `{label}`: {reason}"),
+            })?;
+            let known: Vec<String> = lights.iter().map(|light| light.name.clone()).collect();
+            lights.retain(|light| self.views.is_empty() || self.views.contains(&light.name));
             if lights.is_empty() {
-                let known: Vec<&str> = scene.views.iter().map(|light| light.name.as_str()).collect();
                 let reason =
                     format!("views = {:?} match none of {} of `{label}`", self.views, known.join(", "));
-                return Err(EvaluationError::Value(reason));
+                return Err(EvaluationError::Key { key: "views".to_owned(), reason });
             }
             scenes.push((label, scene, lights));
         }
-        for picture in &self.picture {
+        for picture in self.picture.iter().enumerate() {
             picture::check(picture, &scenes)?;
         }
         let total = scenes.iter().map(|(_, _, lights)| lights.len()).sum::<usize>() * self.technique.len();

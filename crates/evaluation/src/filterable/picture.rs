@@ -3,9 +3,9 @@
 use super::evaluate::Plan;
 use super::records::{CurveRecord, PictureRecord, rounded};
 use super::settings::Picture;
-use super::view::View;
+use super::view::{Source, View};
 use crate::error::EvaluationError;
-use shadow_renderer::{LightView, Scene};
+use shadow_renderer::LightView;
 
 /// Fragment depths from 0 to 1.
 const DEPTHS: usize = 241;
@@ -18,10 +18,10 @@ pub(crate) struct Tables {
 
 /// Rejects pictures of scenes or views that are not evaluated; an empty view means the first.
 pub(crate) fn check(
-    picture: &Picture,
-    scenes: &[(&String, Scene, Vec<LightView>)],
+    (index, picture): (usize, &Picture),
+    scenes: &[(&String, Source, Vec<LightView>)],
 ) -> Result<(), EvaluationError> {
-    let fits = |(label, _, lights): &(&String, Scene, Vec<LightView>)| {
+    let fits = |(label, _, lights): &(&String, Source, Vec<LightView>)| {
         **label == picture.scene
             && (picture.view.is_empty() || lights.iter().any(|light| light.name == picture.view))
     };
@@ -29,16 +29,19 @@ pub(crate) fn check(
         return Ok(());
     }
     let (id, scene, view) = (&picture.id, &picture.scene, &picture.view);
-    Err(EvaluationError::Value(format!("picture `{id}`: view `{view}` of scene `{scene}` is not evaluated")))
+    Err(EvaluationError::Key {
+        key: format!("picture[{index}].view"),
+        reason: format!("picture `{id}`: view `{view}` of scene `{scene}` is not evaluated"),
+    })
 }
 
 /// Adds the pictures of a view to the tables.
 pub(crate) fn draw(plan: &Plan<'_>, view: &View, tables: &mut Tables) -> Result<(), EvaluationError> {
-    for picture in &plan.experiment.picture {
+    for (index, picture) in plan.experiment.picture.iter().enumerate() {
         let drawn = tables.kernels.iter().any(|record| record.picture == picture.id);
         let named = picture.view == view.name || (picture.view.is_empty() && !drawn);
         if picture.scene == view.scene && named {
-            draw_one(plan, view, picture, tables)?;
+            draw_one(plan, view, (index, picture), tables)?;
         }
     }
     Ok(())
@@ -47,7 +50,7 @@ pub(crate) fn draw(plan: &Plan<'_>, view: &View, tables: &mut Tables) -> Result<
 fn draw_one(
     plan: &Plan<'_>,
     view: &View,
-    picture: &Picture,
+    (index, picture): (usize, &Picture),
     tables: &mut Tables,
 ) -> Result<(), EvaluationError> {
     let mut shaders = Vec::new();
@@ -76,9 +79,12 @@ fn draw_one(
     };
     if !plan.kernel.fits(width, height, x, y) {
         let (id, size) = (&picture.id, plan.kernel.size());
-        return Err(EvaluationError::Value(format!(
-            "picture `{id}`: texel = [{x}, {y}] has no {size}x{size} kernel inside the {width}x{height} map"
-        )));
+        return Err(EvaluationError::Key {
+            key: format!("picture[{index}].texel"),
+            reason: format!(
+                "picture `{id}`: texel = [{x}, {y}] has no {size}x{size} kernel inside the {width}x{height} map"
+            ),
+        });
     }
     let radius = plan.kernel.radius() as isize;
     tables.kernels.extend(plan.kernel.taps().map(|(i, j, weight)| PictureRecord {

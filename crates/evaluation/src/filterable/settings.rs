@@ -117,9 +117,9 @@ pub struct Picture {
 impl FilterableExperiment {
     /// Rejects values that make no sense, before anything is rendered.
     pub(crate) fn check(&self) -> Result<(), EvaluationError> {
-        let fail = |reason: String| Err(EvaluationError::Value(reason));
+        let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=MAX_SIZE).contains(&self.size) {
-            return fail(format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
+            return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
         }
         for (key, empty) in [
             ("scenes", self.scenes.is_empty()),
@@ -127,53 +127,99 @@ impl FilterableExperiment {
             ("technique", self.technique.is_empty()),
         ] {
             if empty {
-                return fail(format!("{key} is empty"));
+                return fail(key, format!("{key} is empty"));
             }
         }
-        self.kernel.build().map_err(in_key("kernel"))?;
+        self.fits(&self.kernel, "kernel")?;
         for (key, sampled) in [
             ("certified_fragments", self.certified_fragments),
             ("agreement_fragments", self.agreement_fragments),
         ] {
             if self.fragments > 0 && sampled > self.fragments {
-                return fail(format!("{key} = {sampled} exceeds fragments = {}", self.fragments));
+                return fail(key, format!("{key} = {sampled} exceeds fragments = {}", self.fragments));
             }
         }
-        SurfaceCounter::new(self.surface_gap, self.plane_limit).map_err(in_key("surfaces"))?;
-        for bias in &self.bias {
-            self.reference(bias).check().map_err(in_key("bias.reference"))?;
-            bias.technique.check().map_err(in_key("bias.technique"))?;
+        SurfaceCounter::new(self.surface_gap, self.plane_limit).map_err(in_key(""))?;
+        for (i, bias) in self.bias.iter().enumerate() {
+            bias.reference.check().map_err(in_key(&format!("bias[{i}].reference")))?;
+            bias.technique.check().map_err(in_key(&format!("bias[{i}].technique")))?;
         }
         for (i, technique) in self.technique.iter().enumerate() {
             if self.technique[..i].iter().any(|other| other.name == technique.name) {
-                return fail(format!("technique `{}` appears twice", technique.name));
+                let key = format!("technique[{i}].name");
+                return fail(&key, format!("technique `{}` appears twice", technique.name));
             }
-            technique.check()?;
+            self.check_technique(i)?;
         }
         if !self.maps.views.is_empty() && self.maps.size == 0 {
-            return fail("maps.size = 0 leaves no pixel".to_owned());
+            return fail("maps.size", "maps.size = 0 leaves no pixel".to_owned());
         }
         for name in &self.maps.techniques {
             if !self.technique.iter().any(|technique| technique.name == *name) {
-                return fail(format!("maps.techniques: technique `{name}` is not defined"));
+                return fail(
+                    "maps.techniques",
+                    format!("maps.techniques: technique `{name}` is not defined"),
+                );
             }
         }
         for (i, picture) in self.picture.iter().enumerate() {
             let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
             if picture.id.is_empty() || !picture.id.chars().all(plain) {
-                return fail(format!("picture id `{}` is no file name of letters, digits and -", picture.id));
+                let key = format!("picture[{i}].id");
+                return fail(
+                    &key,
+                    format!("picture id `{}` is no file name of letters, digits and -", picture.id),
+                );
             }
             if self.picture[..i].iter().any(|other| other.id == picture.id) {
-                return fail(format!("picture `{}` appears twice", picture.id));
+                return fail(&format!("picture[{i}].id"), format!("picture `{}` appears twice", picture.id));
             }
             if picture.techniques.is_empty() {
-                return fail(format!("picture `{}` names no techniques", picture.id));
+                let key = format!("picture[{i}].techniques");
+                return fail(&key, format!("picture `{}` names no techniques", picture.id));
             }
             for name in &picture.techniques {
                 if !self.technique.iter().any(|technique| technique.name == *name) {
-                    return fail(format!("picture `{}`: technique `{name}` is not defined", picture.id));
+                    let key = format!("picture[{i}].techniques");
+                    return fail(
+                        &key,
+                        format!("picture `{}`: technique `{name}` is not defined", picture.id),
+                    );
                 }
             }
+        }
+        Ok(())
+    }
+
+    fn check_technique(&self, index: usize) -> Result<(), EvaluationError> {
+        let technique = &self.technique[index];
+        let place = format!("technique[{index}]");
+        let named = |error: EvaluationError| match error {
+            EvaluationError::Key { key, reason } => {
+                EvaluationError::Key { key, reason: format!("technique `{}`: {reason}", technique.name) }
+            }
+            other => other,
+        };
+        match (&technique.method, &technique.comparison) {
+            (Some(method), None) => {
+                method.build().map(|_| ()).map_err(in_key(&format!("{place}.method"))).map_err(named)
+            }
+            (None, Some(kernel)) => self.fits(kernel, &format!("{place}.comparison")).map_err(named),
+            _ => Err(EvaluationError::Key {
+                key: place,
+                reason: format!("technique `{}` needs either `method` or `comparison`", technique.name),
+            }),
+        }
+    }
+
+    /// Rejects kernels that cannot be built, or are larger than the map.
+    fn fits(&self, kernel: &KernelSpec, place: &str) -> Result<(), EvaluationError> {
+        let built = kernel.build().map_err(in_key(place))?;
+        if built.size() > self.size as usize {
+            return Err(EvaluationError::Key {
+                key: format!("{place}.size"),
+                reason: format!("{place}.size = {} exceeds the map's size = {}", built.size(), self.size),
+            });
         }
         Ok(())
     }
@@ -214,17 +260,6 @@ impl MapSettings {
 }
 
 impl FilterableTechnique {
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
-        match (&self.method, &self.comparison) {
-            (Some(method), None) => method.build().map(|_| ()).map_err(|error| self.failure(error)),
-            (None, Some(kernel)) => kernel.build().map(|_| ()).map_err(|error| self.failure(error)),
-            _ => Err(EvaluationError::Value(format!(
-                "technique `{}` needs either `method` or `comparison`",
-                self.name
-            ))),
-        }
-    }
-
     /// The error with the technique's name.
     pub(crate) fn failure(&self, error: FilteringError) -> EvaluationError {
         EvaluationError::Value(format!("technique `{}`: {error}", self.name))
@@ -236,6 +271,16 @@ impl FilterableTechnique {
     }
 }
 
-fn in_key(key: &'static str) -> impl Fn(FilteringError) -> EvaluationError {
-    move |error| EvaluationError::Value(format!("{key}: {error}"))
+/// The error with its key below `place`, the empty one being the top of the file.
+fn in_key(place: &str) -> impl Fn(FilteringError) -> EvaluationError {
+    move |error| {
+        let inner = match &error {
+            FilteringError::Parameter { key, .. } => key,
+            FilteringError::Basis(_) => "basis",
+            _ => "",
+        };
+        let dot = if place.is_empty() || inner.is_empty() { "" } else { "." };
+        let colon = if place.is_empty() { "" } else { ": " };
+        EvaluationError::Key { key: format!("{place}{dot}{inner}"), reason: format!("{place}{colon}{error}") }
+    }
 }

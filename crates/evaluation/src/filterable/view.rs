@@ -6,7 +6,11 @@ use crate::error::EvaluationError;
 use crate::kernel::Random;
 use rayon::prelude::*;
 use shadow_filtering::{DepthMap, Kernel, Receiver, SurfaceCounter};
-use shadow_renderer::{Backend, LightFrame, LightView, Scene, ShadowMapStack, render_stack};
+use shadow_renderer::{
+    Backend, LightFrame, LightView, RenderError, Scene, ShadowMapStack, load_scene, render_stack,
+};
+use std::borrow::Cow;
+use std::path::Path;
 
 /// Surfaces in a kernel: 1, 2, 3 and more.
 pub(crate) const CLASSES: usize = 4;
@@ -31,36 +35,82 @@ pub(crate) struct View {
     layers: u32,
 }
 
+/// What a shadow map is made from.
+pub(crate) enum Source {
+    Scene(Scene),
+    /// A stack that was rendered before; its one view is called `stack`.
+    Stack(ShadowMapStack),
+}
+
+impl Source {
+    /// Reads a procedural scene, a scene file or a stack, with its views.
+    pub(crate) fn load(label: &str) -> Result<(Self, Vec<LightView>), String> {
+        let path = Path::new(label);
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz")) {
+            let stack = ShadowMapStack::load(path).map_err(|error| error.to_string())?;
+            // A stack's depth grows along its own axis.
+            let view = LightView { name: "stack".to_owned(), direction: [0.0, 0.0, 1.0] };
+            return Ok((Self::Stack(stack), vec![view]));
+        }
+        let scene = load_scene(label).map_err(|error| error.to_string())?;
+        let views = scene.views.clone();
+        Ok((Self::Scene(scene), views))
+    }
+
+    /// The stack of a view, with the view's texel depth.
+    fn stack(&self, light: &LightView, size: u32) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
+        match self {
+            Self::Scene(scene) => {
+                let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;
+                Ok((Cow::Owned(stack), texel_depth(&report.frame)))
+            }
+            Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack))),
+        }
+    }
+}
+
+/// The texel depth of a stack, which does not tell the size of its texels: the median length of its gradients, as if
+/// half of all surfaces were inclined by more than 45 degrees to the light.
+fn median_gradient(stack: &ShadowMapStack) -> f64 {
+    let mut lengths: Vec<f64> =
+        stack.gradients.iter().map(|g| f64::from(g[0]).hypot(f64::from(g[1]))).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.get(lengths.len() / 2).copied().unwrap_or_default()
+}
+
 impl View {
     /// Renders and samples. `number` selects the stream of random numbers.
     pub(crate) fn prepare(
         experiment: &FilterableExperiment,
         kernel: &Kernel,
-        (scene, label): (&Scene, &str),
+        (scene, label): (&Source, &str),
         light: &LightView,
         number: usize,
     ) -> Result<Self, EvaluationError> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{label}`, view `{}`: {reason}", light.name))
         };
-        let size = experiment.size;
-        let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)
-            .map_err(|error| fail(error.to_string()))?;
+        let (stack, texel_depth) =
+            scene.stack(light, experiment.size).map_err(|error| fail(error.to_string()))?;
+        let stack = stack.as_ref();
+        let (width, height) = (stack.width as usize, stack.height as usize);
         let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
-        let map = DepthMap::new(size as usize, size as usize, depths).map_err(|e| fail(e.to_string()))?;
-        let receivers = fragments(&stack, kernel);
+        let map = DepthMap::new(width, height, depths).map_err(|e| fail(e.to_string()))?;
+        let receivers = fragments(stack, kernel);
         if receivers.is_empty() {
             let reason = format!(
-                "no light-facing fragment has its {0}x{0} kernel inside a map of {size}x{size} texels",
+                "scene `{label}`, view `{}`: no light-facing fragment has its {1}x{1} kernel inside a map of \
+                 {width}x{height} texels",
+                light.name,
                 kernel.size()
             );
-            return Err(fail(reason));
+            return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
         }
         let mut view = Self {
             scene: label.to_owned(),
             name: light.name.clone(),
             map,
-            texel_depth: texel_depth(&report.frame),
+            texel_depth,
             samples: Vec::new(),
             receivers,
             stack_entries: stack.fragments(),
@@ -69,7 +119,7 @@ impl View {
         let chosen = chosen(view.receivers.len(), experiment.fragments, experiment.seed, number);
         let counter = SurfaceCounter::new(experiment.surface_gap, experiment.plane_limit)
             .map_err(|error| fail(error.to_string()))?;
-        let slopes = slopes(&stack);
+        let slopes = slopes(stack);
         view.samples = chosen
             .into_par_iter()
             .map(|index| {

@@ -6,6 +6,7 @@ mod exponential;
 mod exponential_variance;
 mod layered_variance;
 mod moments;
+mod two_surfaces;
 mod variance;
 
 pub use certified::Certified;

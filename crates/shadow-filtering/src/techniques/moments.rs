@@ -5,7 +5,10 @@
 //! 2 pi z and 4 pi z. The filtered moments b are replaced by (1 - alpha) b + alpha b* (MSM15 section 4.2), so that
 //! G <= F + alpha. b* are the moments of the arcsine distribution (Hamburger, Hausdorff) and of the uniform one
 //! (trigonometric), which lie deep inside the cone of moments; MSM15's b* on \[0, 1\] lies on its boundary.
+//!
+//! Without a bias of the user's choice, kernels of exactly two depths are solved without any (see `two_surfaces`).
 
+use super::two_surfaces;
 use crate::error::FilteringError;
 use crate::spec::MomentOptions;
 use crate::technique::{Technique, unit};
@@ -78,6 +81,8 @@ pub struct Moments {
     bound: MomentBound,
     alpha: f64,
     beta: f64,
+    /// Whether two depths are recognised: not with a bias that stands for the storage of a real shadow map.
+    recognises_two: bool,
 }
 
 impl Moments {
@@ -92,7 +97,7 @@ impl Moments {
                 return Err(FilteringError::parameter(key, value, "must lie in [0, 1]"));
             }
         }
-        Ok(Self { bound, alpha, beta: options.beta })
+        Ok(Self { bound, alpha, beta: options.beta, recognises_two: options.alpha.is_none() })
     }
 
     /// The moments that the bound is computed from: biased, as exact input for another solver.
@@ -111,6 +116,16 @@ impl Moments {
             MomentBound::Hamburger8 => hamburger(&self.array::<8>(filtered), s),
             MomentBound::Hausdorff4 => hausdorff4(&self.array(filtered), z_f),
             MomentBound::Trigonometric4 => trigonometric4(&self.array(filtered), z_f),
+        }
+    }
+
+    fn lower_of_two(&self, filtered: &[f64], z_f: f64) -> Option<f64> {
+        let four = [filtered[0], filtered[1], filtered[2], filtered[3]];
+        match self.bound {
+            _ if !self.recognises_two => None,
+            MomentBound::Hausdorff4 => two_surfaces::powers(four, z_f),
+            MomentBound::Trigonometric4 => two_surfaces::trigonometric(four, z_f),
+            _ => two_surfaces::powers(four, 2.0 * z_f - 1.0),
         }
     }
 
@@ -147,7 +162,14 @@ impl Technique for Moments {
 
     /// lower + beta (upper - lower): beta = 0 is the sharp lower bound, 1 the upper (BHS16 section 2.4).
     fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        Ok(self.bounds(filtered, z_f).blend(self.beta))
+        let mut bounds = self.bounds(filtered, z_f);
+        if let Some(lower) = self.lower_of_two(filtered, unit(z_f)) {
+            // The larger one is the better bound, unless bias and rounding explain that it is larger.
+            let explained = self.alpha + two_surfaces::UNCERTAIN_MASS;
+            bounds.lower = if bounds.lower > lower + explained { bounds.lower } else { lower };
+            bounds.upper = bounds.upper.max(bounds.lower);
+        }
+        Ok(bounds.blend(self.beta))
     }
 
     fn is_lower_bound(&self) -> bool {
