@@ -3,13 +3,13 @@
 use super::settings::{SearchExperiment, SearchReference};
 use super::statistics::Moments;
 use crate::error::EvaluationError;
-use crate::filterable::view::{chosen, fragments, texel_depth};
+use crate::filterable::view::{Source, chosen, fragments};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 use shadow_filtering::{DepthMap, Kernel, Receiver, Technique};
-use shadow_renderer::{Backend, LightView, Scene, load_scene, render_stack};
+use shadow_renderer::LightView;
 use std::collections::HashMap;
 
 /// Fragments that are prepared at a time; bounds the memory for what is not kept.
@@ -128,13 +128,13 @@ impl Workload {
             difference: Vec::new(),
         }));
         for label in &experiment.scenes {
-            let scene = load_scene(label).map_err(|error| value(format!("scene `{label}`: {error}")))?;
-            let wanted = |name: &String| experiment.views.is_empty() || experiment.views.contains(name);
-            let lights: Vec<&LightView> = scene.views.iter().filter(|light| wanted(&light.name)).collect();
+            let (scene, mut lights) =
+                Source::load(label).map_err(|reason| value(format!("scene `{label}`: {reason}")))?;
+            lights.retain(|light| experiment.views.is_empty() || experiment.views.contains(&light.name));
             if lights.is_empty() {
                 return Err(value(format!("scene `{label}` has none of the views {:?}", experiment.views)));
             }
-            for light in lights {
+            for light in &lights {
                 builder.view((&scene, label), light)?;
             }
         }
@@ -188,15 +188,14 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn view(&mut self, (scene, label): (&Scene, &str), light: &LightView) -> Result<(), EvaluationError> {
+    fn view(&mut self, (scene, label): (&Source, &str), light: &LightView) -> Result<(), EvaluationError> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{label}`, view `{}`: {reason}", light.name))
         };
-        let size = self.experiment.size;
-        let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)
-            .map_err(|error| fail(error.to_string()))?;
+        let (stack, unit) = scene.stack(light, self.experiment.size).map_err(|error| fail(error.to_string()))?;
         let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
-        let map = DepthMap::new(size as usize, size as usize, depths).map_err(|e| fail(e.to_string()))?;
+        let map = DepthMap::new(stack.width as usize, stack.height as usize, depths)
+            .map_err(|error| fail(error.to_string()))?;
         let receivers = fragments(&stack, &self.kernel);
         drop(stack);
         if receivers.is_empty() {
@@ -208,7 +207,6 @@ impl Builder<'_> {
         let view = u16::try_from(number).map_err(|_| fail("more than 65536 views".to_owned()))?;
         let wanted = self.experiment.sampled();
         let chosen = chosen(receivers.len(), wanted, self.experiment.seed, number);
-        let unit = texel_depth(&report.frame);
         for block in &mut self.blocks {
             block.sampled.push(0);
             block.idle.push(0.0);

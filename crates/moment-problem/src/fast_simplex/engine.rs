@@ -22,7 +22,7 @@ const WEIGHT_TOLERANCE: f64 = 3e-14;
 const PIVOT_TOLERANCE: f64 = 1e-11;
 
 /// Pivots of the dual method for one fragment.
-const MAX_DUAL_PIVOTS: usize = 6;
+const MAX_DUAL_PIVOTS: usize = 4;
 
 /// Pivots of the primal method for one fragment; what needs more goes to the exact route.
 const MAX_PRIMAL_PIVOTS: usize = 100;
@@ -60,6 +60,8 @@ pub(super) struct Engine<'a, V: Lanes, const R: usize, const K: usize> {
     /// The columns of one distribution, in groups of lanes.
     own: Vec<[[f64; LANES]; R]>,
     pub(super) pivots: u64,
+    /// The columns where the primal method ended last.
+    pub(super) last: [u16; R],
 }
 
 /// A vertex, and its least slack if that is known.
@@ -89,6 +91,7 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
             cache: Cache::new(),
             own: Vec::new(),
             pivots: 0,
+            last: [ARTIFICIAL; R],
         }
     }
 
@@ -346,16 +349,18 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
     fn shift(&self, index: &mut [u16; R], weights: &[f64]) -> Option<()> {
         let last = self.columns.depths() as i32 - 1;
         let step = i32::from(self.step);
-        let mut r = 0;
         let mut moved = false;
+        let mut wrong = None;
         let mut before = -1;
+        let mut r = 0;
         while r < R {
             let j = i32::from(index[r]);
             let paired = r + 1 < R && i32::from(index[r + 1]) == j + 1 && j != step && j + 1 != step;
+            // Columns must not meet.
+            if j <= before && !paired {
+                return None;
+            }
             if !paired {
-                if j <= before {
-                    return None;
-                }
                 before = j;
                 r += 1;
                 continue;
@@ -364,17 +369,17 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
             let mut to = j;
             if first < 0.0 || second < 0.0 {
                 let mass = first + second;
-                if mass <= 0.0 {
+                if mass > 0.0 {
+                    let (low, high) = if j < step { (0, step - 2) } else { (step + 1, last - 1) };
+                    if low > high {
+                        return None;
+                    }
+                    to = ((f64::from(j) + second / mass).floor() as i32).clamp(low, high);
+                    moved |= to != j;
+                } else if wrong.replace(r).is_some() {
                     return None;
                 }
-                let (low, high) = if j < step { (0, step - 2) } else { (step + 1, last - 1) };
-                if low > high {
-                    return None;
-                }
-                to = ((f64::from(j) + second / mass).floor() as i32).clamp(low, high);
-                moved |= to != j;
             }
-            // Pairs must not meet each other or the single columns between them.
             if to <= before {
                 return None;
             }
@@ -382,6 +387,17 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
             index[r + 1] = to as u16 + 1;
             before = to + 1;
             r += 2;
+        }
+        if let Some(r) = wrong {
+            // A point of contact without mass has left the interval: contact at both its ends takes its place.
+            if index[0] == 0 || i32::from(index[R - 1]) == last {
+                return None;
+            }
+            index.copy_within(0..r, 1);
+            index.copy_within(r + 2..R, r + 1);
+            index[0] = 0;
+            index[R - 1] = last as u16;
+            moved = true;
         }
         moved.then_some(())
     }
@@ -408,18 +424,22 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
         vertex.price(self.step);
         for pivot in 1..=MAX_PRIMAL_PIVOTS {
             // Next to a good guess the column that is missing is next to a present one, more often than not.
-            let near = pivot <= neighbours;
-            let (mut least, mut entering) = if near { self.least_neighbour(&vertex) } else { (0.0, 0) };
-            if least >= -SLACK_TOLERANCE {
-                least = self.least(&vertex.dual);
+            let (mut least, mut entering) = (0.0, 0);
+            if pivot <= neighbours {
+                (least, entering) = self.least_neighbour(&vertex);
                 if least >= -SLACK_TOLERANCE {
-                    // The perturbation has changed the weights.
-                    if vertex.negative_row(&vertex.solve(b), WEIGHT_TOLERANCE).is_none() {
-                        return Some((vertex, Some(least)));
+                    least = self.least(&vertex.dual);
+                    if least >= -SLACK_TOLERANCE {
+                        return self.polished(vertex, least, b, enough);
                     }
-                    return self.dual(vertex, b, enough);
+                    least = 0.0;
                 }
+            }
+            if least == 0.0 {
                 (least, entering) = self.least_slack(&vertex.dual);
+                if least >= -SLACK_TOLERANCE {
+                    return self.polished(vertex, least, b, enough);
+                }
             }
             self.pivots += 1;
             self.enter(&mut vertex, &mut weights, entering, least)?;
@@ -430,6 +450,22 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
             }
         }
         None
+    }
+
+    /// The optimum for b near that for perturbed moments.
+    #[inline(always)]
+    fn polished(
+        &mut self,
+        vertex: Vertex<V, R, K>,
+        least: f64,
+        b: &[f64; R],
+        enough: f64,
+    ) -> Option<Found<V, R, K>> {
+        self.last = vertex.index;
+        if vertex.negative_row(&vertex.solve(b), WEIGHT_TOLERANCE).is_none() {
+            return Some((vertex, Some(least)));
+        }
+        self.dual(vertex, b, enough)
     }
 
     /// Brings a column into a feasible basis.

@@ -1,6 +1,6 @@
 //! Fragments that single steps of `f64` could not certify: the same linear program in double-double.
 
-use super::{FastBound, FastFragment, FastSolution, FastVertex, Task};
+use super::{FastBound, FastFragment, FastSolution, FastVertex, Hints, Task};
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::dense::dot;
 use crate::error::MomentError;
@@ -10,11 +10,11 @@ use crate::semi_infinite::{Column, FiniteProgram};
 const ROUNDING: f64 = 1e-30;
 
 /// Decides the fragments that are listed as uncertified and leaves there what remains so.
-pub(super) fn settle(task: &Task<'_>, solution: &mut FastSolution) {
-    for index in std::mem::take(&mut solution.uncertified) {
+pub(super) fn settle(task: &Task<'_>, solution: &mut FastSolution, hints: &Hints) {
+    for (index, hint) in std::mem::take(&mut solution.uncertified).into_iter().zip(hints) {
         solution.exact += 1;
         let fragment = &task.fragments[index];
-        match bound(task, fragment) {
+        match bound(task, fragment, hint) {
             Ok((mut bound, vertex)) => {
                 bound.vertex = solution.vertices.len() as u32;
                 solution.vertices.push(vertex);
@@ -35,7 +35,11 @@ pub(super) fn settle(task: &Task<'_>, solution: &mut FastSolution) {
     }
 }
 
-fn bound(task: &Task<'_>, fragment: &FastFragment) -> Result<(FastBound, FastVertex), MomentError> {
+fn bound(
+    task: &Task<'_>,
+    fragment: &FastFragment,
+    hint: &[u16],
+) -> Result<(FastBound, FastVertex), MomentError> {
     let (columns, kernel) = (task.columns, &task.kernels[fragment.kernel as usize]);
     let rank = columns.rank();
     let entries = |j: usize| -> Vec<DoubleDouble> {
@@ -54,6 +58,8 @@ fn bound(task: &Task<'_>, fragment: &FastFragment) -> Result<(FastBound, FastVer
         })
         .collect();
     let mut program = FiniteProgram::new(&target, real);
+    // A hint that is no feasible basis is worth nothing; the program then starts from artificial columns.
+    program.start_at(&hint[..rank]);
     let (dual, value) = program.optimum_without_artificial()?;
     let excess = |column: &Column| (dot(&dual, &column.entries) - DoubleDouble::from(column.cost)).to_f64();
     let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();

@@ -158,17 +158,19 @@ impl<'a> FastSimplex<'a> {
     ) -> FastSolution {
         let task =
             Task { columns: self.columns, tolerance: self.tolerance, early: self.early, kernels, fragments, other };
-        let mut solution = match self.width {
+        let (mut solution, hints) = match self.width {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the features were detected when the width was chosen.
             Width::Avx2 => unsafe { solve_avx2(&task) },
             Width::Portable => solve_portable(&task),
         };
-        if std::env::var("NOEXACT").is_ok() { return solution; }
-        exact::settle(&task, &mut solution);
+        exact::settle(&task, &mut solution, &hints);
         solution
     }
 }
+
+/// For each uncertified fragment the columns of a basis near the optimum.
+type Hints = Vec<[u16; MAX_ROWS]>;
 
 /// What is to be solved.
 struct Task<'a> {
@@ -182,16 +184,16 @@ struct Task<'a> {
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
-fn solve_avx2(task: &Task<'_>) -> FastSolution {
+fn solve_avx2(task: &Task<'_>) -> (FastSolution, Hints) {
     by_rank::<lanes::Avx2>(task)
 }
 
-fn solve_portable(task: &Task<'_>) -> FastSolution {
+fn solve_portable(task: &Task<'_>) -> (FastSolution, Hints) {
     by_rank::<Portable>(task)
 }
 
 #[inline(always)]
-fn by_rank<V: Lanes>(task: &Task<'_>) -> FastSolution {
+fn by_rank<V: Lanes>(task: &Task<'_>) -> (FastSolution, Hints) {
     match task.columns.rank() {
         2 => solve::<V, 2, 1>(task),
         3 => solve::<V, 3, 1>(task),
@@ -205,7 +207,8 @@ fn by_rank<V: Lanes>(task: &Task<'_>) -> FastSolution {
 }
 
 #[inline(always)]
-fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> FastSolution {
+fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> (FastSolution, Hints) {
+    let mut hints = Hints::new();
     let mut solution =
         FastSolution { bounds: Vec::with_capacity(task.fragments.len()), ..FastSolution::default() };
     let moments: Vec<[f64; MAX_ROWS]> =
@@ -232,9 +235,12 @@ fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> FastSolut
         let bound = engine.bound(&job, task.tolerance, &mut solution.vertices);
         if bound.is_none() {
             solution.uncertified.push(index);
+            let mut hint = [0; MAX_ROWS];
+            hint[..R].copy_from_slice(&engine.last);
+            hints.push(hint);
         }
         solution.bounds.push(bound.unwrap_or_default());
     }
     solution.pivots = engine.pivots;
-    solution
+    (solution, hints)
 }

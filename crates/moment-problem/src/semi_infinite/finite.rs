@@ -68,6 +68,22 @@ impl FiniteProgram {
         Self { rank, target: target.to_vec(), perturbed, columns, basic: (0..rank).collect() }
     }
 
+    /// Starts from given columns instead, by their numbers without the artificial ones, if they are a feasible basis.
+    pub(crate) fn start_at(&mut self, columns: &[u16]) {
+        let real = self.columns.len() - self.rank;
+        if columns.len() != self.rank || columns.iter().any(|&j| usize::from(j) >= real) {
+            return;
+        }
+        let artificial = std::mem::take(&mut self.basic);
+        self.basic = columns.iter().map(|&j| self.rank + usize::from(j)).collect();
+        let feasible = self.factors().is_ok_and(|factors| {
+            factors.solve(&self.perturbed).iter().all(|weight| *weight >= DoubleDouble::zero())
+        });
+        if !feasible {
+            self.basic = artificial;
+        }
+    }
+
     /// Columns without the artificial ones.
     pub(crate) fn columns(&self) -> &[Column] {
         &self.columns[self.rank..]
