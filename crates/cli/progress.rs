@@ -17,7 +17,7 @@ pub struct Bar {
 impl Bar {
     /// A bar that is not shown yet.
     pub fn new(what: &'static str) -> Self {
-        let style = ProgressStyle::with_template("{msg} [{bar:40}] {pos}/{len} ({eta} left)");
+        let style = ProgressStyle::with_template("{msg} [{bar:40}] {pos}/{len} ({per_sec}, {eta} left)");
         let bar = ProgressBar::new(0).with_message(what);
         bar.set_draw_target(ProgressDrawTarget::hidden());
         Self {
@@ -39,7 +39,11 @@ impl Bar {
 
     /// So many of so many are done.
     pub fn set(&self, done: usize, total: usize) {
-        self.bar.set_length(total as u64);
+        if self.bar.length() != Some(total as u64) {
+            // Another stage has begun.
+            self.bar.reset();
+            self.bar.set_length(total as u64);
+        }
         // Threads report out of order.
         self.bar.set_position(self.bar.position().max(done as u64));
         self.appear();

@@ -3,7 +3,7 @@
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
 use clap::ValueEnum;
-use evaluation::{Build, EvaluationError, Experiment, RunOptions, Scale};
+use evaluation::{Build, EvaluationError, Experiment, Prediction, RunOptions, Scale, Shard};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -28,6 +28,18 @@ pub struct Arguments {
     /// Worker threads; without this one per logical core. The records do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// Go on with the newest unfinished search of this experiment and scale; without one, begin.
+    #[arg(long)]
+    resume: bool,
+    /// Judge only part i of N of a search's candidates, to be merged later.
+    #[arg(long, value_name = "i/N", conflicts_with = "merge")]
+    shard: Option<Shard>,
+    /// Run directory of a shard; give all of them to complete the search.
+    #[arg(long, value_name = "DIR")]
+    merge: Vec<PathBuf>,
+    /// Say what a search will cost, and stop.
+    #[arg(long, conflicts_with_all = ["resume", "shard", "merge"])]
+    dry_run: bool,
     #[command(flatten)]
     output: Output,
 }
@@ -55,6 +67,7 @@ struct Answer {
     scale: Scale,
     trials: usize,
     failed: usize,
+    complete: bool,
     directory: String,
     files: Vec<String>,
 }
@@ -65,24 +78,33 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed)
         .and_then(|experiment| experiment.with_scenes(&arguments.scenes))
         .map_err(failure)?;
+    if arguments.dry_run {
+        let prediction = experiment.predict(arguments.threads).map_err(failure)?;
+        return arguments.output.emit(&prediction, |out| describe(out, &prediction));
+    }
     let bar = Bar::new("trials");
     let progress = |done: usize, total: usize| bar.set(done, total);
     let options = RunOptions {
         results: &arguments.out,
         scale,
         threads: arguments.threads,
+        resume: arguments.resume,
+        shard: arguments.shard,
+        merge: &arguments.merge,
         build: build(),
         command: command_line(),
         progress: &progress,
     };
     let run = experiment.run(&options).map_err(failure)?;
     bar.finish();
-    let written = ::report::write(&run.directory).map_err(anyhow::Error::from)?;
+    let written =
+        if run.complete { ::report::write(&run.directory).map_err(anyhow::Error::from)? } else { Vec::new() };
     let answer = Answer {
         experiment: experiment.name,
         scale,
         trials: run.trials,
         failed: run.failed,
+        complete: run.complete,
         directory: run.directory.path().display().to_string(),
         files: written.into_iter().map(|file| file.name).collect(),
     };
@@ -92,8 +114,21 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             "{} trials, {} failed, recorded in {}",
             answer.trials, answer.failed, answer.directory
         )?;
+        if !answer.complete {
+            writeln!(out, "when all shards are there: msm run ... --merge DIR for each of them")?;
+        }
         answer.files.iter().try_for_each(|file| writeln!(out, "  {file}"))
     })
+}
+
+fn describe(out: &mut dyn std::io::Write, prediction: &Prediction) -> std::io::Result<()> {
+    let p = prediction;
+    writeln!(out, "candidates          {}", p.candidates)?;
+    writeln!(out, "linear programs     {:.3e} on the first block", p.programs as f64)?;
+    writeln!(out, "                    {:.3e} on later blocks, if 1 in 50 stays in the race", p.later_programs as f64)?;
+    writeln!(out, "rate                {:.3e} a second on one thread, measured now", p.programs_per_second)?;
+    writeln!(out, "time                {:.2} h on {} threads", p.hours, p.threads)?;
+    writeln!(out, "disk                {:.1} MB", p.disk_bytes as f64 / 1e6)
 }
 
 /// Sorts errors by whose fault they are.

@@ -273,7 +273,7 @@ impl BoundsExperiment {
             RecordedFile::csv("kernels.csv", &plan.kernel_records())?,
         ];
         let failed = records.iter().filter(|record| !record.error.is_empty()).count();
-        Ok(Recorded { files, trials: records.len(), failed })
+        Ok(Recorded { files, trials: records.len(), failed, complete: true })
     }
 }
 

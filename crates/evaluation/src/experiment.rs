@@ -4,6 +4,7 @@ use crate::bounds::BoundsExperiment;
 use crate::error::EvaluationError;
 use crate::filterable::FilterableExperiment;
 use crate::lines;
+use crate::search::SearchExperiment;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
@@ -57,6 +58,8 @@ pub enum Kind {
     Bounds(BoundsExperiment),
     /// Filterable shadow maps against percentage-closer filtering on scenes.
     Filterable(FilterableExperiment),
+    /// All bases of a family, ranked by their error on scenes.
+    Search(SearchExperiment),
 }
 
 impl Kind {
@@ -73,7 +76,12 @@ impl Kind {
                 experiment.check().map_err(|error| error.to_string())?;
                 Ok(Self::Filterable(experiment))
             }
-            _ => Err(format!("kind = {kind} is unknown (known: \"bounds\", \"filterable\")")),
+            Some("search") => {
+                let experiment: SearchExperiment = table.try_into().map_err(|error| one_line(&error))?;
+                experiment.check().map_err(|error| error.to_string())?;
+                Ok(Self::Search(experiment))
+            }
+            _ => Err(format!("kind = {kind} is unknown (known: \"bounds\", \"filterable\", \"search\")")),
         }
     }
 }
@@ -127,17 +135,27 @@ impl Experiment {
         if scenes.is_empty() {
             return Ok(self);
         }
-        let Kind::Filterable(experiment) = &mut self.kind else {
-            let reason = format!("experiment `{}` has no scenes that --scene could replace", self.name);
-            return Err(EvaluationError::Value(reason));
-        };
-        experiment.with_scenes(scenes);
         let fail = |error: toml::ser::Error| EvaluationError::Table {
             table: "experiment.toml".to_owned(),
             reason: error.to_string(),
         };
-        let mut resolved = Table::try_from(&*experiment).map_err(fail)?;
-        resolved.insert("kind".to_owned(), Value::String("filterable".to_owned()));
+        let (kind, resolved) = match &mut self.kind {
+            Kind::Filterable(experiment) => {
+                experiment.with_scenes(scenes);
+                ("filterable", Table::try_from(&*experiment).map_err(fail)?)
+            }
+            Kind::Search(experiment) => {
+                experiment.scenes = scenes.to_vec();
+                experiment.views.clear();
+                ("search", Table::try_from(&*experiment).map_err(fail)?)
+            }
+            Kind::Bounds(_) => {
+                let reason = format!("experiment `{}` has no scenes that --scene could replace", self.name);
+                return Err(EvaluationError::Value(reason));
+            }
+        };
+        let mut resolved = resolved;
+        resolved.insert("kind".to_owned(), Value::String(kind.to_owned()));
         self.resolved = resolved;
         Ok(self)
     }
@@ -147,6 +165,7 @@ impl Experiment {
         match &self.kind {
             Kind::Bounds(_) => &[],
             Kind::Filterable(experiment) => &experiment.scenes,
+            Kind::Search(experiment) => &experiment.scenes,
         }
     }
 }

@@ -30,4 +30,8 @@ pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
+pub use search::{
+    MarkRecord, Prediction, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord,
+    SearchReference, SearchSample, SearchTiming, SearchViewRecord, Shard, StageRecord,
+};
 pub use shadow_filtering::{DepthBias, TechniqueSpec};

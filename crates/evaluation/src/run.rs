@@ -4,9 +4,10 @@ use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Kind, Scale};
 use crate::provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
+use crate::search::{CHECKPOINT, Prediction, SearchContext, Shard};
 use rayon::ThreadPoolBuilder;
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Instant, SystemTime};
 
 /// Called with trials done and trials in all, from any thread.
@@ -20,6 +21,12 @@ pub struct RunOptions<'a> {
     pub scale: Scale,
     /// Worker threads; without it one per logical core.
     pub threads: Option<usize>,
+    /// Go on with the newest unfinished run of this experiment and scale, if there is one.
+    pub resume: bool,
+    /// Judge only this part of the candidates.
+    pub shard: Option<Shard>,
+    /// Directories of all shards of a search, to be completed.
+    pub merge: &'a [PathBuf],
     /// The code that runs.
     pub build: Build,
     /// The command line, for the provenance.
@@ -33,6 +40,8 @@ pub(crate) struct Recorded {
     pub(crate) files: Vec<RecordedFile>,
     pub(crate) trials: usize,
     pub(crate) failed: usize,
+    /// False for a shard, which waits to be merged.
+    pub(crate) complete: bool,
 }
 
 /// A finished run.
@@ -44,34 +53,53 @@ pub struct Run {
     pub trials: usize,
     /// Trials whose record has its `error` filled.
     pub failed: usize,
+    /// Whether the records are there: a shard has only its checkpoint.
+    pub complete: bool,
 }
 
 impl Experiment {
     /// Runs all trials and records them. The run is complete when its directory has a provenance.json.
     pub fn run(&self, options: &RunOptions<'_>) -> Result<Run, EvaluationError> {
-        let threads = options.threads.unwrap_or_else(logical_cores);
-        if threads == 0 {
-            return Err(EvaluationError::Value("0 threads cannot work: at least 1 is needed".to_owned()));
-        }
-        let fail = |error: rayon::ThreadPoolBuildError| EvaluationError::Threads {
-            threads,
-            reason: error.to_string(),
-        };
-        let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(fail)?;
+        let (threads, pool) = pool(options.threads)?;
+        self.check_options(options)?;
         let started = utc(SystemTime::now());
         let clock = Instant::now();
         let name: String = started.chars().filter(char::is_ascii_alphanumeric).collect();
+        let tag = match options.shard {
+            Some(Shard { index, count }) => format!("{}-shard-{index}-of-{count}", options.scale),
+            None => options.scale.to_string(),
+        };
+        let unfinished = if options.resume {
+            RunDirectory::unfinished(options.results, &self.name, &tag)
+        } else {
+            None
+        };
         // First, so that a directory that cannot be written shows before the work and not after it.
-        let directory =
-            RunDirectory::create(options.results, &self.name, &format!("{name}-{}", options.scale))?;
+        let directory = match unfinished {
+            Some(directory) => directory,
+            None => RunDirectory::create(options.results, &self.name, &format!("{name}-{tag}"))?,
+        };
         let (result, seed) = match &self.kind {
             Kind::Bounds(experiment) => (pool.install(|| experiment.run(options.progress)), experiment.seed),
             Kind::Filterable(experiment) => {
                 (pool.install(|| experiment.run(options.progress)), experiment.seed)
             }
+            Kind::Search(experiment) => {
+                let context = SearchContext {
+                    directory: directory.path(),
+                    shard: options.shard,
+                    merge: options.merge,
+                    identity: self.identity(&options.build),
+                };
+                (pool.install(|| experiment.run(&context, options.progress)), experiment.seed)
+            }
         };
         let located = |error| self.located(error, options.scale);
         let recorded = result.inspect_err(|_| directory.remove_if_empty()).map_err(located)?;
+        if !recorded.complete {
+            let Recorded { trials, failed, .. } = recorded;
+            return Ok(Run { directory, trials, failed, complete: false });
+        }
         let mut inputs = BTreeMap::from([(format!("{}.toml", self.name), sha256(self.source.as_bytes()))]);
         for scene in self.scenes() {
             // Procedural scenes are no files; a scene file was read a moment ago.
@@ -104,6 +132,59 @@ impl Experiment {
         json.push(b'\n');
         // Last, because it marks the run as complete.
         directory.write("provenance.json", &json)?;
-        Ok(Run { directory, trials: recorded.trials, failed: recorded.failed })
+        // Everything in it is in the records.
+        directory.remove(CHECKPOINT);
+        Ok(Run { directory, trials: recorded.trials, failed: recorded.failed, complete: true })
     }
+
+    /// What a search will cost, measured on some of its candidates.
+    ///
+    /// # Errors
+    /// As [`Experiment::run`]; [`EvaluationError::Value`] for experiments of another kind.
+    pub fn predict(&self, threads: Option<usize>) -> Result<Prediction, EvaluationError> {
+        let Kind::Search(experiment) = &self.kind else { return Err(self.no_search("--dry-run")) };
+        let (threads, pool) = pool(threads)?;
+        pool.install(|| experiment.predict(threads))
+    }
+
+    fn check_options(&self, options: &RunOptions<'_>) -> Result<(), EvaluationError> {
+        if matches!(self.kind, Kind::Search(_)) {
+            if options.shard.is_some() && !options.merge.is_empty() {
+                let reason = "--shard and --merge exclude each other: shards are merged into the whole";
+                return Err(EvaluationError::Value(reason.to_owned()));
+            }
+            return Ok(());
+        }
+        let given = [
+            ("--resume", options.resume),
+            ("--shard", options.shard.is_some()),
+            ("--merge", !options.merge.is_empty()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(self.no_search(option)),
+            None => Ok(()),
+        }
+    }
+
+    fn no_search(&self, option: &str) -> EvaluationError {
+        let reason = format!("{option} needs an experiment of kind \"search\", which `{}` is not", self.name);
+        EvaluationError::Value(reason)
+    }
+
+    /// Program and resolved experiment: what findings of an earlier run must agree with.
+    fn identity(&self, build: &Build) -> String {
+        sha256(format!("{} {} {}\n{}", build.version, build.commit, build.dirty, self.resolved).as_bytes())
+    }
+}
+
+fn pool(threads: Option<usize>) -> Result<(usize, rayon::ThreadPool), EvaluationError> {
+    let threads = threads.unwrap_or_else(logical_cores);
+    if threads == 0 {
+        return Err(EvaluationError::Value("0 threads cannot work: at least 1 is needed".to_owned()));
+    }
+    let fail = |error: rayon::ThreadPoolBuildError| EvaluationError::Threads {
+        threads,
+        reason: error.to_string(),
+    };
+    Ok((threads, ThreadPoolBuilder::new().num_threads(threads).build().map_err(fail)?))
 }

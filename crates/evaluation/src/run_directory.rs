@@ -55,6 +55,28 @@ impl RunDirectory {
         }
     }
 
+    /// The newest `root/experiment/TIME-tag` without a provenance.json: a run that was not finished.
+    pub(crate) fn unfinished(root: &Path, experiment: &str, tag: &str) -> Option<Self> {
+        let is_tagged = |name: &str| {
+            let rest = name.split_once('-').and_then(|(_, rest)| rest.strip_prefix(tag));
+            // A name that was taken has a number behind it.
+            rest.is_some_and(|rest| {
+                rest.is_empty() || rest.strip_prefix('-').is_some_and(|n| n.parse::<u32>().is_ok())
+            })
+        };
+        let entries = std::fs::read_dir(root.join(experiment)).ok()?;
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        let unfinished = names.filter(|name| is_tagged(name)).map(|name| root.join(experiment).join(name));
+        let newest = unfinished.filter(|path| !path.join("provenance.json").exists()).max()?;
+        Some(Self { path: newest })
+    }
+
+    /// Removes a file that has served its purpose.
+    pub(crate) fn remove(&self, name: &str) {
+        // Most kinds of run never had it, and what is left over does no harm.
+        let _ = std::fs::remove_file(self.path.join(name));
+    }
+
     /// Takes back a directory in which nothing was recorded.
     pub(crate) fn remove_if_empty(&self) {
         // Whoever put something in there wants to keep it.

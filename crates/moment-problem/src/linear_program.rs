@@ -111,8 +111,8 @@ impl LinearProgram {
 }
 
 /// What a solver returned, after its weights were put back into the program.
-struct Claim {
-    objective: f64,
+pub(crate) struct Claim {
+    pub(crate) objective: f64,
     /// Largest error of an equation.
     residual: f64,
     /// Most negative weight.
@@ -137,7 +137,7 @@ impl Claim {
 }
 
 /// Minimises sum p_j w_j subject to sum a_j w_j = b, w >= 0.
-fn ask(solver: LpSolver, columns: &[Column], right_hand_side: &[f64]) -> Result<Claim, MomentError> {
+pub(crate) fn ask(solver: LpSolver, columns: &[Column], right_hand_side: &[f64]) -> Result<Claim, MomentError> {
     let fail = |error: ResolutionError| MomentError::Solver {
         name: solver.name().to_owned(),
         message: error.to_string(),

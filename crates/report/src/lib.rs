@@ -11,6 +11,9 @@ mod filterable_order;
 mod filterable_summary;
 mod filterable_tables;
 mod run_report;
+mod search_figures;
+mod search_summary;
+mod search_tables;
 
 pub use bound_chart::{BoundChart, BoundCurve};
 pub use error::ReportError;

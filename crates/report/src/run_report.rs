@@ -3,10 +3,11 @@
 use crate::bounds_figures;
 use crate::bounds_summary::{Row, Tables, answer};
 use crate::error::ReportError;
-use crate::{filterable_figures, filterable_summary, filterable_tables};
+use crate::search_summary::SearchTables;
+use crate::{filterable_figures, filterable_summary, filterable_tables, search_figures, search_tables};
 use evaluation::{
     BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Kind, Provenance, RecordedFile,
-    RunDirectory, Scale,
+    RunDirectory, Scale, SearchExperiment,
 };
 use std::fmt::Write as _;
 
@@ -16,6 +17,7 @@ pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
     match &experiment.kind {
         Kind::Bounds(bounds) => bounds_files(run, bounds),
         Kind::Filterable(filterable) => filterable_files(run, filterable),
+        Kind::Search(search) => search_files(run, search),
     }
 }
 
@@ -40,6 +42,25 @@ fn filterable_files(
         .collect();
     files.push(page);
     Ok(files)
+}
+
+fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec<RecordedFile>, ReportError> {
+    let tables = SearchTables::read(run)?;
+    let figures = search_figures::draw(&tables)?;
+    let page = Page {
+        question: &experiment.question,
+        expectation: &experiment.expectation,
+        answer: tables.answer(),
+        table: search_tables::markdown(experiment, &tables),
+        figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
+        provenance: run.provenance()?,
+    };
+    let page = RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() };
+    let drawn = figures.into_iter().map(|figure| RecordedFile {
+        name: format!("{}.svg", figure.id),
+        bytes: figure.svg.into_bytes(),
+    });
+    Ok(drawn.chain([page]).collect())
 }
 
 fn bounds_files(run: &RunDirectory, bounds: &BoundsExperiment) -> Result<Vec<RecordedFile>, ReportError> {

@@ -270,7 +270,7 @@ impl Tables {
             files.push(RecordedFile::csv("kernels.csv", &self.pictures.kernels)?);
             files.push(RecordedFile::csv("curves.csv", &self.pictures.curves)?);
         }
-        Ok(Recorded { files, trials, failed })
+        Ok(Recorded { files, trials, failed, complete: true })
     }
 
     /// Rows per view, per scene and pooled, the latter two by class too; for all biases but the first only the pooled row.

@@ -2,8 +2,7 @@
 
 use super::statistics::{Mean, Moments, stratified};
 use super::workload::{Block, Workload};
-use moment_problem::MomentError;
-use moment_problem::fast_simplex::{FastSimplex, FastSolution, SupportColumns};
+use moment_problem::fast_simplex::FastSolution;
 
 /// What a block says about a candidate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,18 +23,6 @@ pub(crate) struct Verdict {
 pub(crate) fn errors(block: &Block, solution: &FastSolution) -> Vec<f64> {
     let pairs = solution.bounds.iter().zip(&block.entries);
     pairs.map(|(bound, entry)| (bound.lower - entry.reference).abs()).collect()
-}
-
-/// Solves the programs of a block for the functions of a candidate.
-pub(crate) fn solve(
-    workload: &Workload,
-    block: &Block,
-    functions: &[usize],
-    tolerance: f64,
-) -> Result<(FastSolution, Vec<String>), MomentError> {
-    let columns = SupportColumns::new(&workload.table, functions)?;
-    let solution = FastSimplex::new(&columns, tolerance).solve(&block.kernels, &block.fragments);
-    Ok((solution, columns.dropped().to_vec()))
 }
 
 /// Compares a solution with the control's errors on the same block.

@@ -18,8 +18,12 @@ const CHUNK: usize = 16_384;
 /// All blocks, and what the kernels' depths lie on.
 pub(crate) struct Workload {
     pub(crate) table: FunctionTable,
+    /// Functions of the family; the table has more where power moments are not among them.
+    pub(crate) members: usize,
     /// Index into the table of z^(k+1).
     pub(crate) powers: Vec<usize>,
+    /// Indices of the trigonometric moments, if the family has them.
+    pub(crate) trigonometric: Option<Vec<usize>>,
     pub(crate) blocks: Vec<Block>,
     pub(crate) views: Vec<WorkloadView>,
     pub(crate) marks: Vec<MarkErrors>,
@@ -95,6 +99,9 @@ impl Workload {
     pub(crate) fn prepare(experiment: &SearchExperiment) -> Result<Self, EvaluationError> {
         let value = |reason: String| EvaluationError::Value(reason);
         let mut functions = experiment.functions()?;
+        let members = functions.len();
+        let place = |function: &BasisFunction| functions.iter().position(|other| other == function);
+        let trigonometric = Basis::trigonometric(2).functions().iter().map(place).collect();
         let mut powers = Vec::new();
         for function in Basis::power(*experiment.orders.iter().max().unwrap_or(&1)).functions() {
             let place = functions.iter().position(|other| other == function).unwrap_or(functions.len());
@@ -140,7 +147,9 @@ impl Workload {
         }
         Ok(Self {
             table,
+            members,
             powers,
+            trigonometric,
             blocks: builder.blocks.into_iter().map(Block::sorted).collect(),
             views: builder.views,
             marks: builder.marks,
@@ -321,6 +330,11 @@ impl Builder<'_> {
 }
 
 impl Block {
+    /// Fragments of the sample in this block.
+    pub(crate) fn fragments_drawn(&self) -> usize {
+        self.sampled.iter().map(|&n| n as usize).sum()
+    }
+
     /// Fragments of the same depth together: they share the vertices of a program's dual.
     fn sorted(mut self) -> Self {
         let mut order: Vec<usize> = (0..self.fragments.len()).collect();

@@ -3,7 +3,9 @@
 use super::{FastBound, FastFragment, FastSolution, FastVertex, Hints, Task};
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::dense::dot;
+use super::support::{SupportColumns, SupportDistribution};
 use crate::error::MomentError;
+use crate::linear_program::{LpSolver, ask};
 use crate::semi_infinite::{Column, FiniteProgram};
 
 /// Roundings of sums of products in double-double, relative.
@@ -35,12 +37,12 @@ pub(super) fn settle(task: &Task<'_>, solution: &mut FastSolution, hints: &Hints
     }
 }
 
-fn bound(
-    task: &Task<'_>,
-    fragment: &FastFragment,
-    hint: &[u16],
-) -> Result<(FastBound, FastVertex), MomentError> {
-    let (columns, kernel) = (task.columns, &task.kernels[fragment.kernel as usize]);
+/// A fragment's program over the whole support.
+fn program(
+    columns: &SupportColumns,
+    kernel: &SupportDistribution,
+    step: u16,
+) -> (Vec<DoubleDouble>, Vec<Column>) {
     let rank = columns.rank();
     let entries = |j: usize| -> Vec<DoubleDouble> {
         columns.column(j)[..rank].iter().map(|&a| DoubleDouble::from(a)).collect()
@@ -51,12 +53,49 @@ fn bound(
             *sum = *sum + DoubleDouble::from(weight) * a;
         }
     }
-    let real: Vec<Column> = (0..columns.depths())
-        .map(|j| {
-            let cost = if j < usize::from(fragment.step) { 1.0 } else { 0.0 };
-            Column { z: j as f64, entries: entries(j), cost }
-        })
-        .collect();
+    let column = |j: usize| {
+        let cost = if j < usize::from(step) { 1.0 } else { 0.0 };
+        Column { z: j as f64, entries: entries(j), cost }
+    };
+    (target, (0..columns.depths()).map(column).collect())
+}
+
+/// G by the double-double simplex method alone: a reference that shares no code with the fast one but the columns.
+///
+/// # Errors
+/// [`MomentError`] where even double-double does not suffice.
+pub fn reference_bound(
+    columns: &SupportColumns,
+    kernel: &SupportDistribution,
+    step: u16,
+) -> Result<f64, MomentError> {
+    let (target, real) = program(columns, kernel, step);
+    FiniteProgram::new(&target, real).optimum_without_artificial().map(|(_, value)| value)
+}
+
+/// What a solver behind good_lp says G is, unchecked, on the same program.
+///
+/// # Errors
+/// [`MomentError::Solver`] with the solver's message.
+pub fn good_lp_bound(
+    columns: &SupportColumns,
+    kernel: &SupportDistribution,
+    step: u16,
+    solver: LpSolver,
+) -> Result<f64, MomentError> {
+    let (target, real) = program(columns, kernel, step);
+    let right_hand_side: Vec<f64> = target.iter().map(|b| b.to_f64()).collect();
+    ask(solver, &real, &right_hand_side).map(|claim| claim.objective)
+}
+
+fn bound(
+    task: &Task<'_>,
+    fragment: &FastFragment,
+    hint: &[u16],
+) -> Result<(FastBound, FastVertex), MomentError> {
+    let (columns, kernel) = (task.columns, &task.kernels[fragment.kernel as usize]);
+    let rank = columns.rank();
+    let (target, real) = program(columns, kernel, fragment.step);
     let mut program = FiniteProgram::new(&target, real);
     // A hint that is no feasible basis is worth nothing; the program then starts from artificial columns.
     program.start_at(&hint[..rank]);

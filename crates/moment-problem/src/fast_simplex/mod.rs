@@ -18,6 +18,7 @@ mod support;
 mod vertex;
 
 use engine::{Engine, Job};
+pub use exact::{good_lp_bound, reference_bound};
 use lanes::{Lanes, Portable};
 pub use support::{FunctionTable, MAX_SUPPORT, SupportColumns, SupportDistribution, snap};
 

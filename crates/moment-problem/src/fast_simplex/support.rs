@@ -22,7 +22,6 @@ const DEPENDENCE_TOLERANCE: f64 = 1e-12;
 pub struct FunctionTable {
     depths: Vec<f64>,
     samples: Vec<Vec<DoubleDouble>>,
-    names: Vec<String>,
 }
 
 impl FunctionTable {
@@ -57,8 +56,7 @@ impl FunctionTable {
             }
             samples.push(row);
         }
-        let names = functions.iter().map(|function| function.name().to_owned()).collect();
-        Ok(Self { depths: depths.to_vec(), samples, names })
+        Ok(Self { depths: depths.to_vec(), samples })
     }
 
     /// The ends of `cells` equal cells of \[0, 1\].
@@ -85,7 +83,7 @@ pub struct SupportColumns {
     rows: Vec<[f64; LANES]>,
     /// Column-major, `LANES` or 2 `LANES` values a column, zero beyond the rank.
     columns: Vec<f64>,
-    dropped: Vec<String>,
+    dropped: Vec<usize>,
 }
 
 impl SupportColumns {
@@ -113,7 +111,7 @@ impl SupportColumns {
             }
             let after = norm(&sample);
             if after.to_f64() <= DEPENDENCE_TOLERANCE * before {
-                dropped.push(table.names[function].clone());
+                dropped.push(function);
                 continue;
             }
             let inverse = DoubleDouble::one() / after;
@@ -158,8 +156,8 @@ impl SupportColumns {
         self.rank
     }
 
-    /// Names of functions that gave no row, because they are combinations of those before them.
-    pub fn dropped(&self) -> &[String] {
+    /// Functions that gave no row, because they are combinations of those before them, by their number in the table.
+    pub fn dropped(&self) -> &[usize] {
         &self.dropped
     }
 

@@ -1,0 +1,226 @@
+//! All candidates on the first block, the best on the later ones.
+
+use super::candidates::Subsets;
+use super::checkpoint::{Checkpoint, Finding, Key, Shard};
+use super::judge::{Verdict, errors, judge};
+use super::settings::SearchExperiment;
+use super::statistics::{Mean, Moments, joined, stratified};
+use super::workload::Workload;
+use crate::error::EvaluationError;
+use crate::run::Progress;
+use moment_problem::fast_simplex::{FastSimplex, FastSolution, SupportColumns};
+use rayon::prelude::*;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Candidates between two writes of the checkpoint: a fraction of a second's work.
+const CHUNK: usize = 32;
+
+/// A candidate is given up when it is worse than the best ones by more than this many standard errors of both: of
+/// 66 045 comparisons of normal variables two would be wrong.
+const KEEP_DEVIATIONS: f64 = 4.0;
+
+/// The control of an order: power moments, on one block.
+pub(crate) struct Control {
+    pub(crate) solution: FastSolution,
+    pub(crate) errors: Vec<f64>,
+    pub(crate) verdict: Verdict,
+}
+
+/// Everything that a sweep works with.
+pub(crate) struct Sweep<'a> {
+    pub(crate) experiment: &'a SearchExperiment,
+    pub(crate) workload: &'a Workload,
+    pub(crate) subsets: Vec<Subsets>,
+    /// By order and block.
+    pub(crate) controls: Vec<Vec<Control>>,
+}
+
+impl<'a> Sweep<'a> {
+    /// Solves the controls.
+    pub(crate) fn new(
+        experiment: &'a SearchExperiment,
+        workload: &'a Workload,
+        members: usize,
+    ) -> Result<Self, EvaluationError> {
+        let subsets: Vec<Subsets> =
+            experiment.orders.iter().map(|&order| Subsets::new(members, order)).collect();
+        let mut controls = Vec::new();
+        for &order in &experiment.orders {
+            let columns = SupportColumns::new(&workload.table, &workload.powers[..order])
+                .map_err(|error| EvaluationError::Value(format!("power moments of order {order}: {error}")))?;
+            let solver = FastSimplex::new(&columns, experiment.tolerance).thorough();
+            let of_block = |block: &super::workload::Block| {
+                let solution = solver.solve(&block.kernels, &block.fragments);
+                let errors = errors(block, &solution);
+                let verdict = judge(workload, block, &solution, &errors);
+                Control { solution, errors, verdict }
+            };
+            controls.push(workload.blocks.par_iter().map(of_block).collect());
+        }
+        Ok(Self { experiment, workload, subsets, controls })
+    }
+
+    /// Members of a candidate as indices into the workload's table.
+    pub(crate) fn members(&self, order: usize, number: u32) -> Vec<usize> {
+        self.subsets[order].subset(number as usize)
+    }
+
+    /// Judges one candidate on one block. `order` counts the experiment's list.
+    pub(crate) fn find(&self, block: usize, order: usize, number: u32) -> Finding {
+        let members = self.members(order, number);
+        let Ok(columns) = SupportColumns::new(&self.workload.table, &members) else {
+            // Constant on the support, all of them.
+            return Finding { verdict: Verdict::default(), dropped: (1u16 << members.len()) - 1 };
+        };
+        let (control, block) = (&self.controls[order][block], &self.workload.blocks[block]);
+        let solver = FastSimplex::new(&columns, self.experiment.tolerance);
+        let solution = solver.solve_near(&block.kernels, &block.fragments, &control.solution);
+        let verdict = judge(self.workload, block, &solution, &control.errors);
+        let is_dropped = |&&place: &&usize| columns.dropped().contains(&place);
+        let mut dropped = 0;
+        for (i, _) in members.iter().enumerate().filter(|(_, member)| is_dropped(member)) {
+            dropped |= 1 << i;
+        }
+        Finding { verdict, dropped }
+    }
+
+    /// Error of a control with its sampling variance.
+    pub(crate) fn control_level(&self, order: usize, all: &[usize]) -> Mean {
+        let mut views = vec![Moments::default(); self.workload.views.len()];
+        for (control, block) in self.controls[order].iter().zip(&self.workload.blocks) {
+            let mut seen = vec![0; views.len()];
+            for (entry, error) in block.entries.iter().zip(&control.errors) {
+                views[usize::from(entry.view)].add_repeated(*error, f64::from(entry.count));
+                seen[usize::from(entry.view)] += entry.count;
+            }
+            for (view, seen) in seen.into_iter().enumerate() {
+                let idle = f64::from(block.sampled[view] - seen);
+                if idle > 0.0 {
+                    views[view].add_repeated(block.idle[view] / idle, idle);
+                }
+            }
+        }
+        stratified(&views, all)
+    }
+
+    /// Judges candidates on a block, except those that are known, and keeps the findings as they come.
+    fn stage(
+        &self,
+        keys: &[Key],
+        known: &mut HashMap<Key, Finding>,
+        checkpoint: &mut Checkpoint,
+        progress: Progress<'_>,
+    ) -> Result<(), EvaluationError> {
+        let missing: Vec<Key> = keys.iter().filter(|key| !known.contains_key(*key)).copied().collect();
+        let done = AtomicUsize::new(keys.len() - missing.len());
+        let log = Mutex::new(checkpoint);
+        let chunk = |part: &[Key]| -> Result<Vec<(Key, Finding)>, EvaluationError> {
+            let mut findings = Vec::with_capacity(part.len());
+            for &(block, order, number) in part {
+                findings.push(((block, order, number), self.find(block.into(), order.into(), number)));
+                progress(done.fetch_add(1, Ordering::Relaxed) + 1, keys.len());
+            }
+            // A thread that panicked has left the file between two writes.
+            log.lock().unwrap_or_else(PoisonError::into_inner).append(&findings)?;
+            Ok(findings)
+        };
+        let found: Vec<Vec<(Key, Finding)>> =
+            missing.par_chunks(CHUNK).map(chunk).collect::<Result<_, EvaluationError>>()?;
+        known.extend(found.into_iter().flatten());
+        log.into_inner().unwrap_or_else(PoisonError::into_inner).sync()
+    }
+
+    /// The first block: all candidates of a shard.
+    pub(crate) fn first(
+        &self,
+        shard: Shard,
+        known: &mut HashMap<Key, Finding>,
+        checkpoint: &mut Checkpoint,
+        progress: Progress<'_>,
+    ) -> Result<(), EvaluationError> {
+        self.stage(&self.first_keys(shard), known, checkpoint, progress)
+    }
+
+    /// The candidates of a shard on the first block.
+    pub(crate) fn first_keys(&self, shard: Shard) -> Vec<Key> {
+        let mut keys = Vec::new();
+        for (order, subsets) in self.subsets.iter().enumerate() {
+            let numbers = (0..subsets.len()).filter(|&number| shard.contains(number));
+            keys.extend(numbers.map(|number| (0, order as u16, number as u32)));
+        }
+        keys
+    }
+
+    /// The later blocks.
+    pub(crate) fn refine(
+        &self,
+        known: &mut HashMap<Key, Finding>,
+        checkpoint: &mut Checkpoint,
+        progress: Progress<'_>,
+    ) -> Result<(), EvaluationError> {
+        for block in 1..self.workload.blocks.len() {
+            let mut keys = Vec::new();
+            for order in 0..self.subsets.len() {
+                let kept = self.survivors(known, block, order);
+                keys.extend(kept.into_iter().map(|number| (block as u16, order as u16, number)));
+            }
+            self.stage(&keys, known, checkpoint, progress)?;
+        }
+        Ok(())
+    }
+
+    /// What the blocks before one say about the difference to the control, and how many there are.
+    pub(crate) fn estimate(
+        &self,
+        known: &HashMap<Key, Finding>,
+        blocks: usize,
+        order: usize,
+        number: u32,
+    ) -> Option<(Mean, usize)> {
+        let findings = |block: usize| known.get(&(block as u16, order as u16, number));
+        let judged = (0..blocks).take_while(|&block| findings(block).is_some()).count();
+        if judged == 0 || findings(0).is_some_and(|f| f.is_rejected(self.subsets[order].order())) {
+            return None;
+        }
+        let parts = (0..judged).filter_map(|block| {
+            Some((findings(block)?.verdict.difference, self.workload.blocks[block].fragments_drawn()))
+        });
+        Some((joined(parts), judged))
+    }
+
+    /// Candidates that can still be among the best, and the marked ones, ascending.
+    fn survivors(&self, known: &HashMap<Key, Finding>, block: usize, order: usize) -> Vec<u32> {
+        let numbers = 0..self.subsets[order].len() as u32;
+        // Only what was judged on every block before this one is still in the race.
+        let estimates: Vec<(u32, Mean)> = numbers
+            .filter_map(|number| {
+                let (mean, judged) = self.estimate(known, block, order, number)?;
+                (judged == block).then_some((number, mean))
+            })
+            .collect();
+        let bound = |mean: &Mean, sign: f64| mean.value + sign * KEEP_DEVIATIONS * mean.variance.sqrt();
+        let mut uppers: Vec<f64> = estimates.iter().map(|(_, mean)| bound(mean, 1.0)).collect();
+        uppers.sort_by(f64::total_cmp);
+        let limit = uppers.get(self.experiment.best - 1).copied().unwrap_or(f64::INFINITY);
+        let always = self.always(order);
+        let stays = |(number, mean): &&(u32, Mean)| bound(mean, -1.0) <= limit || always.contains(number);
+        estimates.iter().filter(stays).map(|(number, _)| *number).collect()
+    }
+
+    /// Numbers of the power moments and, for four functions, of the trigonometric ones: charts mark them.
+    pub(crate) fn always(&self, order: usize) -> Vec<u32> {
+        let subsets = &self.subsets[order];
+        let members = self.workload.members;
+        let mut wanted = vec![self.workload.powers[..subsets.order()].to_vec()];
+        if subsets.order() == 4 {
+            wanted.extend(self.workload.trigonometric.clone());
+        }
+        let number = |mut places: Vec<usize>| {
+            places.sort_unstable();
+            places.iter().all(|&place| place < members).then(|| subsets.number(&places) as u32)
+        };
+        wanted.into_iter().filter_map(number).collect()
+    }
+}

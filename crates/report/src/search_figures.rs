@@ -1,0 +1,99 @@
+//! Histograms of a candidate search (MSM15 Figure 4).
+
+use crate::canvas::{
+    Area, BLACK, BLUE, Drawn, FINE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, anchored, font, svg,
+};
+use crate::error::ReportError;
+use crate::search_summary::{Reference, SearchTables};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// A figure with its file stem and title.
+pub(crate) struct SearchFigure {
+    pub(crate) id: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) svg: String,
+}
+
+/// Bins over the whole axis.
+const BINS: usize = 90;
+
+/// Height of a panel and of the row of names above it, in pixels.
+const PANEL: u32 = 230;
+const NAMES: u32 = 96;
+
+/// All figures of a run.
+pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<SearchFigure>, ReportError> {
+    let references = tables.references();
+    let largest = references.iter().map(|reference| reference.error);
+    let end = 1.08 * largest.chain(tables.records.iter().map(|record| record.l1_error)).fold(0.01, f64::max);
+    let m = tables.main_order();
+    let main = svg("histogram", (820, PANEL + NAMES + 60), |root| {
+        panel(root, tables, m, end, &references)
+    })?;
+    let orders = tables.orders();
+    let height = (PANEL - 30) * orders.len() as u32 + 20;
+    let sizes = svg("sizes", (820, height), |root| {
+        let areas = root.split_evenly((orders.len(), 1));
+        areas.iter().zip(&orders).try_for_each(|(area, &m)| panel(area, tables, m, end, &[]))
+    })?;
+    Ok(vec![
+        SearchFigure {
+            id: "histogram",
+            title: "How many candidates have which error (further left is better)",
+            svg: main,
+        },
+        SearchFigure { id: "sizes", title: "The same by number of functions (further left is better)", svg: sizes },
+    ])
+}
+
+fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references: &[Reference]) -> Drawn {
+    let errors: Vec<f64> = tables.of(m).iter().map(|record| record.l1_error).collect();
+    let mut counts = vec![0usize; BINS];
+    for error in &errors {
+        counts[((error / end * BINS as f64) as usize).min(BINS - 1)] += 1;
+    }
+    let most = counts.iter().max().copied().unwrap_or_default().max(1) as f64;
+    let names = if references.is_empty() { 0 } else { NAMES };
+    let mut builder = ChartBuilder::on(area);
+    builder.margin_left(6 * FINE).margin_right(16 * FINE).margin_top((names + 8) * FINE);
+    builder.x_label_area_size(44 * FINE).y_label_area_size(64 * FINE);
+    let mut chart = builder.build_cartesian_2d(0.0..end, 0.0..1.06 * most)?;
+    let percent = |value: &f64| format!("{:.0} %", 100.0 * value);
+    let count = |value: &f64| format!("{value:.0}");
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_x_mesh().light_line_style(TRANSPARENT).bold_line_style(RGBColor(225, 225, 225).stroke_width(2));
+    mesh.x_labels(12).y_labels(5).x_label_formatter(&percent).y_label_formatter(&count);
+    mesh.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
+    let label = format!("mean |G - F| (share of the kernel's weight), m = {m}, {} candidates", errors.len());
+    mesh.x_desc(label).y_desc("candidates");
+    mesh.draw()?;
+    let width = end / BINS as f64;
+    chart.draw_series(counts.iter().enumerate().filter(|(_, count)| **count > 0).map(|(bin, &count)| {
+        let left = bin as f64 * width;
+        Rectangle::new([(left + 0.06 * width, 0.0), (left + 0.94 * width, count as f64)], SKY_BLUE.filled())
+    }))?;
+    let colours = [BLACK, VERMILLION, PURPLE, BLUE, GREEN, ORANGE];
+    let mut sorted: Vec<&Reference> = references.iter().collect();
+    sorted.sort_by(|a, b| a.error.total_cmp(&b.error));
+    for (i, (reference, colour)) in sorted.iter().zip(colours.iter().cycle()).enumerate() {
+        let line = [(reference.error, 0.0), (reference.error, 1.06 * most)];
+        chart.draw_series([PathElement::new(line, colour.stroke_width(6))])?;
+        let (x, top) = chart.backend_coord(&(reference.error, 1.06 * most));
+        // Names of neighbours stand in rows of their own, each at the end of its line.
+        let y = top - (12 + 16 * (i as i32 % 5)) * FINE as i32;
+        area_line(area, (x, top), (x, y), colour)?;
+        let text = format!("{} {:.2} %", reference.name, 100.0 * reference.error);
+        let (origin_x, origin_y) = area.get_base_pixel();
+        let at = (x - origin_x + 4 * FINE as i32, y - origin_y);
+        area.draw(&Text::new(text, at, anchored(12, HPos::Left, VPos::Center).color(colour)))?;
+    }
+    Ok(())
+}
+
+fn area_line(area: &Area<'_>, from: (i32, i32), to: (i32, i32), colour: &RGBColor) -> Drawn {
+    let (x, y) = area.get_base_pixel();
+    let local = |point: (i32, i32)| (point.0 - x, point.1 - y);
+    area.draw(&PathElement::new([local(from), local(to)], colour.stroke_width(6)))?;
+    Ok(())
+}
