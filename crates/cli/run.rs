@@ -125,7 +125,11 @@ fn describe(out: &mut dyn std::io::Write, prediction: &Prediction) -> std::io::R
     let p = prediction;
     writeln!(out, "candidates          {}", p.candidates)?;
     writeln!(out, "linear programs     {:.3e} on the first block", p.programs as f64)?;
-    writeln!(out, "                    {:.3e} on later blocks, if 1 in 50 stays in the race", p.later_programs as f64)?;
+    writeln!(
+        out,
+        "                    {:.3e} on later blocks, if 1 in 50 stays in the race",
+        p.later_programs as f64
+    )?;
     writeln!(out, "rate                {:.3e} a second on one thread, measured now", p.programs_per_second)?;
     writeln!(out, "time                {:.2} h on {} threads", p.hours, p.threads)?;
     writeln!(out, "disk                {:.1} MB", p.disk_bytes as f64 / 1e6)

@@ -69,11 +69,8 @@ impl Experiment {
             Some(Shard { index, count }) => format!("{}-shard-{index}-of-{count}", options.scale),
             None => options.scale.to_string(),
         };
-        let unfinished = if options.resume {
-            RunDirectory::unfinished(options.results, &self.name, &tag)
-        } else {
-            None
-        };
+        let unfinished =
+            if options.resume { RunDirectory::unfinished(options.results, &self.name, &tag) } else { None };
         // First, so that a directory that cannot be written shows before the work and not after it.
         let directory = match unfinished {
             Some(directory) => directory,
@@ -182,9 +179,7 @@ fn pool(threads: Option<usize>) -> Result<(usize, rayon::ThreadPool), Evaluation
     if threads == 0 {
         return Err(EvaluationError::Value("0 threads cannot work: at least 1 is needed".to_owned()));
     }
-    let fail = |error: rayon::ThreadPoolBuildError| EvaluationError::Threads {
-        threads,
-        reason: error.to_string(),
-    };
+    let fail =
+        |error: rayon::ThreadPoolBuildError| EvaluationError::Threads { threads, reason: error.to_string() };
     Ok((threads, ThreadPoolBuilder::new().num_threads(threads).build().map_err(fail)?))
 }

@@ -137,7 +137,11 @@ impl Claim {
 }
 
 /// Minimises sum p_j w_j subject to sum a_j w_j = b, w >= 0.
-pub(crate) fn ask(solver: LpSolver, columns: &[Column], right_hand_side: &[f64]) -> Result<Claim, MomentError> {
+pub(crate) fn ask(
+    solver: LpSolver,
+    columns: &[Column],
+    right_hand_side: &[f64],
+) -> Result<Claim, MomentError> {
     let fail = |error: ResolutionError| MomentError::Solver {
         name: solver.name().to_owned(),
         message: error.to_string(),

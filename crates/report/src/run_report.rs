@@ -56,10 +56,9 @@ fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec
         provenance: run.provenance()?,
     };
     let page = RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() };
-    let drawn = figures.into_iter().map(|figure| RecordedFile {
-        name: format!("{}.svg", figure.id),
-        bytes: figure.svg.into_bytes(),
-    });
+    let drawn = figures
+        .into_iter()
+        .map(|figure| RecordedFile { name: format!("{}.svg", figure.id), bytes: figure.svg.into_bytes() });
     Ok(drawn.chain([page]).collect())
 }
 

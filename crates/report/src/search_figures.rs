@@ -16,7 +16,7 @@ pub(crate) struct SearchFigure {
 }
 
 /// Bins over the whole axis.
-const BINS: usize = 90;
+const BINS: usize = 150;
 
 /// Height of a panel and of the row of names above it, in pixels.
 const PANEL: u32 = 230;
@@ -28,9 +28,7 @@ pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<SearchFigure>, ReportErr
     let largest = references.iter().map(|reference| reference.error);
     let end = 1.08 * largest.chain(tables.records.iter().map(|record| record.l1_error)).fold(0.01, f64::max);
     let m = tables.main_order();
-    let main = svg("histogram", (820, PANEL + NAMES + 60), |root| {
-        panel(root, tables, m, end, &references)
-    })?;
+    let main = svg("histogram", (820, PANEL + NAMES + 60), |root| panel(root, tables, m, end, &references))?;
     let orders = tables.orders();
     let height = (PANEL - 30) * orders.len() as u32 + 20;
     let sizes = svg("sizes", (820, height), |root| {
@@ -43,7 +41,11 @@ pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<SearchFigure>, ReportErr
             title: "How many candidates have which error (further left is better)",
             svg: main,
         },
-        SearchFigure { id: "sizes", title: "The same by number of functions (further left is better)", svg: sizes },
+        SearchFigure {
+            id: "sizes",
+            title: "The same by number of functions (further left is better)",
+            svg: sizes,
+        },
     ])
 }
 
@@ -62,7 +64,9 @@ fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references:
     let percent = |value: &f64| format!("{:.0} %", 100.0 * value);
     let count = |value: &f64| format!("{value:.0}");
     let mut mesh = chart.configure_mesh();
-    mesh.disable_x_mesh().light_line_style(TRANSPARENT).bold_line_style(RGBColor(225, 225, 225).stroke_width(2));
+    mesh.disable_x_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(RGBColor(225, 225, 225).stroke_width(2));
     mesh.x_labels(12).y_labels(5).x_label_formatter(&percent).y_label_formatter(&count);
     mesh.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
     let label = format!("mean |G - F| (share of the kernel's weight), m = {m}, {} candidates", errors.len());

@@ -2,7 +2,8 @@
 
 use crate::error::ReportError;
 use evaluation::{
-    MarkRecord, RunDirectory, SearchAgreementRecord, SearchRecord, SearchSample, SearchViewRecord, StageRecord,
+    MarkRecord, RunDirectory, SearchAgreementRecord, SearchRecord, SearchSample, SearchViewRecord,
+    StageRecord,
 };
 
 /// Names of the marked candidates in the family's order.
@@ -121,8 +122,7 @@ impl SearchTables {
         let mut sentences = Vec::new();
         if let Some(best) = all.first() {
             sentences.push(format!(
-                "Of {} candidates of {m} functions the best is `{}` with {} (rank {} to {} of all samples that the \
-                 intervals allow).",
+                "Of {} candidates of {m} functions the best is `{}` with {} (rank {} to {} within the intervals).",
                 all.len(),
                 best.basis,
                 error(best),

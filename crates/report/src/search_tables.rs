@@ -33,12 +33,18 @@ fn row(text: &mut String, record: &SearchRecord) {
     );
 }
 
-const HEADER: &str = "| rank | rank range | basis | class | mean error | fragments |\n|--:|---|---|---|--:|--:|\n";
+const HEADER: &str =
+    "| rank | rank range | basis | class | mean error | fragments |\n|--:|---|---|---|--:|--:|\n";
 
 fn best(text: &mut String, tables: &SearchTables) {
     let m = tables.main_order();
     let all = tables.of(m);
-    let _ = write!(text, "## The best {} of {} candidates of {m} functions\n\n{HEADER}", BEST.min(all.len()), all.len());
+    let _ = write!(
+        text,
+        "## The best {} of {} candidates of {m} functions\n\n{HEADER}",
+        BEST.min(all.len()),
+        all.len()
+    );
     all.iter().take(BEST).for_each(|record| row(text, record));
     let marked = [tables.power(), tables.trigonometric()];
     for record in marked.into_iter().flatten().filter(|r| r.rank > BEST) {
@@ -93,7 +99,8 @@ fn marks(text: &mut String, experiment: &SearchExperiment, tables: &SearchTables
          | technique | error | moved to the support | change |\n|---|--:|--:|--:|\n",
     );
     for mark in &tables.marks {
-        let percent = |value: f64, deviation: f64| format!("{:.3} ± {:.3} %", 100.0 * value, 100.0 * deviation);
+        let percent =
+            |value: f64, deviation: f64| format!("{:.3} ± {:.3} %", 100.0 * value, 100.0 * deviation);
         let exact = match (mark.l1_error, mark.standard_error) {
             (Some(value), Some(deviation)) => percent(value, deviation),
             _ => "-".to_owned(),

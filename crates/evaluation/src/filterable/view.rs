@@ -58,7 +58,11 @@ impl Source {
     }
 
     /// The stack of a view, with the view's texel depth.
-    pub(crate) fn stack(&self, light: &LightView, size: u32) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
+    pub(crate) fn stack(
+        &self,
+        light: &LightView,
+        size: u32,
+    ) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
         match self {
             Self::Scene(scene) => {
                 let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;

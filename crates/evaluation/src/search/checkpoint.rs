@@ -181,7 +181,8 @@ fn line(key: &Key, finding: &Finding) -> String {
 
 fn parse(content: &str) -> Option<(Key, Finding)> {
     let words: Vec<&str> = content.split(' ').collect();
-    let [block, order, number, error, value, variance, programs, exact, uncertified, dropped] = words[..] else {
+    let [block, order, number, error, value, variance, programs, exact, uncertified, dropped] = words[..]
+    else {
         return None;
     };
     let double = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);

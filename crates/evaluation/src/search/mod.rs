@@ -18,8 +18,8 @@ mod sweep;
 mod timing;
 mod workload;
 
-pub use checkpoint::Shard;
 pub(crate) use checkpoint::FILE as CHECKPOINT;
+pub use checkpoint::Shard;
 pub use records::{
     MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, SearchViewRecord, StageRecord,
 };

@@ -204,7 +204,9 @@ fn merge(
     }
     let count = seen.first().map_or(0, |shard| shard.count);
     if let Some(index) = (1..=count).find(|&index| !seen.iter().any(|shard| shard.index == index)) {
-        return Err(EvaluationError::Value(format!("shard {index}/{count} is missing among those to be merged")));
+        return Err(EvaluationError::Value(format!(
+            "shard {index}/{count} is missing among those to be merged"
+        )));
     }
     Ok(())
 }

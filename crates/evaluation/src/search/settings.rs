@@ -182,7 +182,8 @@ impl SearchExperiment {
             let function: BasisFunction =
                 formula.parse().map_err(|error| EvaluationError::Value(format!("family: {error}")))?;
             if let Some(other) = functions.iter().find(|other| **other == function) {
-                let reason = format!("family: basis function `{formula}` appears twice, as `{}`", other.name());
+                let reason =
+                    format!("family: basis function `{formula}` appears twice, as `{}`", other.name());
                 return Err(EvaluationError::Value(reason));
             }
             functions.push(function);

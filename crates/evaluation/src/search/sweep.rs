@@ -11,8 +11,8 @@ use crate::run::Progress;
 use moment_problem::fast_simplex::{FastSimplex, FastSolution, SupportColumns};
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Candidates between two writes of the checkpoint: a fraction of a second's work.
 const CHUNK: usize = 32;
@@ -48,8 +48,10 @@ impl<'a> Sweep<'a> {
             experiment.orders.iter().map(|&order| Subsets::new(members, order)).collect();
         let mut controls = Vec::new();
         for &order in &experiment.orders {
-            let columns = SupportColumns::new(&workload.table, &workload.powers[..order])
-                .map_err(|error| EvaluationError::Value(format!("power moments of order {order}: {error}")))?;
+            let columns =
+                SupportColumns::new(&workload.table, &workload.powers[..order]).map_err(|error| {
+                    EvaluationError::Value(format!("power moments of order {order}: {error}"))
+                })?;
             let solver = FastSimplex::new(&columns, experiment.tolerance).thorough();
             let of_block = |block: &super::workload::Block| {
                 let solution = solver.solve(&block.kernels, &block.fragments);

@@ -201,7 +201,8 @@ impl Builder<'_> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{label}`, view `{}`: {reason}", light.name))
         };
-        let (stack, unit) = scene.stack(light, self.experiment.size).map_err(|error| fail(error.to_string()))?;
+        let (stack, unit) =
+            scene.stack(light, self.experiment.size).map_err(|error| fail(error.to_string()))?;
         let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
         let map = DepthMap::new(stack.width as usize, stack.height as usize, depths)
             .map_err(|error| fail(error.to_string()))?;

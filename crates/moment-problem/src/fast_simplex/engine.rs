@@ -416,7 +416,8 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
             let mut extra = [0.0; LANES];
             for (lane, extra) in extra.iter_mut().enumerate() {
                 let r = k * LANES + lane;
-                *extra = if r < R { PERTURBATION * (1.0 + (r * 7 % R) as f64 * (2.0 / R as f64)) } else { 0.0 };
+                *extra =
+                    if r < R { PERTURBATION * (1.0 + (r * 7 % R) as f64 * (2.0 / R as f64)) } else { 0.0 };
             }
             *weights = V::zero().max(*weights).add(V::load(&extra));
         }

@@ -1,9 +1,9 @@
 //! Fragments that single steps of `f64` could not certify: the same linear program in double-double.
 
+use super::support::{SupportColumns, SupportDistribution};
 use super::{FastBound, FastFragment, FastSolution, FastVertex, Hints, Task};
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::dense::dot;
-use super::support::{SupportColumns, SupportDistribution};
 use crate::error::MomentError;
 use crate::linear_program::{LpSolver, ask};
 use crate::semi_infinite::{Column, FiniteProgram};
@@ -103,8 +103,7 @@ fn bound(
     let excess = |column: &Column| (dot(&dual, &column.entries) - DoubleDouble::from(column.cost)).to_f64();
     let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();
     let lacking = program.columns().iter().map(excess).fold(0.0, f64::max) + size * ROUNDING;
-    let mut vertex =
-        FastVertex { step: fragment.step, lacking, rank: rank as u8, ..FastVertex::default() };
+    let mut vertex = FastVertex { step: fragment.step, lacking, rank: rank as u8, ..FastVertex::default() };
     for (i, y) in dual.iter().enumerate() {
         vertex.dual[i] = y.to_f64();
         vertex.dual_low[i] = (*y - DoubleDouble::from(vertex.dual[i])).to_f64();

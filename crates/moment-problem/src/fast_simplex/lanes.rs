@@ -251,7 +251,8 @@ mod tests {
             a.min(b),
             a.where_less(b, c, V::zero()),
         ];
-        let mut bits: Vec<u64> = results.iter().flat_map(|v| (0..LANES).map(|i| v.lane(i).to_bits())).collect();
+        let mut bits: Vec<u64> =
+            results.iter().flat_map(|v| (0..LANES).map(|i| v.lane(i).to_bits())).collect();
         let (least, lane) = a.least();
         bits.extend([least.to_bits(), lane as u64]);
         bits

@@ -17,6 +17,7 @@ mod lanes;
 mod support;
 mod vertex;
 
+use crate::arithmetic::DoubleDouble;
 use engine::{Engine, Job};
 pub use exact::{good_lp_bound, reference_bound};
 use lanes::{Lanes, Portable};
@@ -62,6 +63,23 @@ pub struct FastVertex {
     pub rank: u8,
     /// y . a(z_j) - p_j is at most this on the support, rounding included.
     pub lacking: f64,
+}
+
+impl FastVertex {
+    /// y . a(z_j) - p_j in double-double: how far the dual vector passes the step at a depth of the support. Whoever
+    /// does not trust a bound checks that this is at most `lacking` for all j.
+    ///
+    /// # Panics
+    /// If the support has no depth j.
+    pub fn excess(&self, columns: &SupportColumns, j: usize) -> f64 {
+        let cost = if j < usize::from(self.step) { 1.0 } else { 0.0 };
+        let mut sum = DoubleDouble::from(-cost);
+        for (i, &a) in columns.column(j)[..columns.rank()].iter().enumerate() {
+            let y = DoubleDouble::from(self.dual[i]) + DoubleDouble::from(self.dual_low[i]);
+            sum = sum + y * DoubleDouble::from(a);
+        }
+        sum.to_f64()
+    }
 }
 
 /// Bounds in the order of the fragments, and their certificates.
@@ -157,8 +175,14 @@ impl<'a> FastSimplex<'a> {
         fragments: &[FastFragment],
         other: Option<&FastSolution>,
     ) -> FastSolution {
-        let task =
-            Task { columns: self.columns, tolerance: self.tolerance, early: self.early, kernels, fragments, other };
+        let task = Task {
+            columns: self.columns,
+            tolerance: self.tolerance,
+            early: self.early,
+            kernels,
+            fragments,
+            other,
+        };
         let (mut solution, hints) = match self.width {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the features were detected when the width was chosen.
