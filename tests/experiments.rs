@@ -209,7 +209,7 @@ fn stacks_are_evaluated_and_those_of_another_version_or_with_nan_are_refused() {
     let changed = |array: &str, value: [u8; 4]| {
         let mut bytes = intact.clone();
         let find = |from: usize, needle: &[u8]| {
-            from + bytes[from..].windows(needle.len()).position(|window| window == needle).unwrap()
+            from + intact[from..].windows(needle.len()).position(|window| window == needle).unwrap()
         };
         let header = find(0, format!("{array}.npy").as_bytes());
         let start = find(header, b"\x93NUMPY");

@@ -25,11 +25,13 @@ const NAMES: u32 = 96;
 /// All figures of a run.
 pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<SearchFigure>, ReportError> {
     let references = tables.references();
-    let largest = references.iter().map(|reference| reference.error);
-    let end = 1.08 * largest.chain(tables.records.iter().map(|record| record.l1_error)).fold(0.01, f64::max);
+    let marked = references.iter().map(|reference| reference.error).fold(0.01, f64::max);
     let m = tables.main_order();
-    let main = svg("histogram", (820, PANEL + NAMES + 60), |root| panel(root, tables, m, end, &references))?;
+    let main = svg("histogram", (820, PANEL + NAMES + 60), |root| {
+        panel(root, tables, m, 1.08 * marked.max(share(tables, m, 0.995)), &references)
+    })?;
     let orders = tables.orders();
+    let end = 1.04 * orders.iter().map(|&m| share(tables, m, 0.95)).fold(marked, f64::max);
     let height = (PANEL - 30) * orders.len() as u32 + 20;
     let sizes = svg("sizes", (820, height), |root| {
         let areas = root.split_evenly((orders.len(), 1));
@@ -49,12 +51,20 @@ pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<SearchFigure>, ReportErr
     ])
 }
 
+/// Error that a share of the candidates of one size does not exceed.
+fn share(tables: &SearchTables, m: usize, share: f64) -> f64 {
+    let all = tables.of(m);
+    let place = (share * all.len() as f64) as usize;
+    all.get(place.min(all.len().saturating_sub(1))).map_or(0.0, |record| record.l1_error)
+}
+
 fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references: &[Reference]) -> Drawn {
     let errors: Vec<f64> = tables.of(m).iter().map(|record| record.l1_error).collect();
     let mut counts = vec![0usize; BINS];
-    for error in &errors {
+    for error in errors.iter().filter(|error| **error < end) {
         counts[((error / end * BINS as f64) as usize).min(BINS - 1)] += 1;
     }
+    let beyond = errors.len() - counts.iter().sum::<usize>();
     let most = counts.iter().max().copied().unwrap_or_default().max(1) as f64;
     let names = if references.is_empty() { 0 } else { NAMES };
     let mut builder = ChartBuilder::on(area);
@@ -69,7 +79,10 @@ fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references:
         .bold_line_style(RGBColor(225, 225, 225).stroke_width(2));
     mesh.x_labels(12).y_labels(5).x_label_formatter(&percent).y_label_formatter(&count);
     mesh.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
-    let label = format!("mean |G - F| (share of the kernel's weight), m = {m}, {} candidates", errors.len());
+    let label = format!(
+        "mean |G - F| (share of the kernel's weight); m = {m}, {} candidates, {beyond} beyond the axis",
+        errors.len()
+    );
     mesh.x_desc(label).y_desc("candidates");
     mesh.draw()?;
     let width = end / BINS as f64;
@@ -85,7 +98,7 @@ fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references:
         chart.draw_series([PathElement::new(line, colour.stroke_width(6))])?;
         let (x, top) = chart.backend_coord(&(reference.error, 1.06 * most));
         // Names of neighbours stand in rows of their own, each at the end of its line.
-        let y = top - (12 + 16 * (i as i32 % 5)) * FINE as i32;
+        let y = top - (12 + 16 * ((sorted.len() - 1 - i) as i32 % 5)) * FINE as i32;
         area_line(area, (x, top), (x, y), colour)?;
         let text = format!("{} {:.2} %", reference.name, 100.0 * reference.error);
         let (origin_x, origin_y) = area.get_base_pixel();

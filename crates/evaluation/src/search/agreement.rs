@@ -28,11 +28,11 @@ fn one(
     let members = sweep.members(order, number);
     let columns = SupportColumns::new(&sweep.workload.table, &members).ok()?;
     let block = sweep.workload.blocks.last()?;
-    let control = &sweep.controls[order].last()?.solution;
+    let control = sweep.controls[order].last()?;
     let solution = FastSimplex::new(&columns, sweep.experiment.tolerance).solve_near(
         &block.kernels,
         &block.fragments,
-        control,
+        &control.starts(),
     );
     let names: Vec<&str> = members.iter().map(|&member| functions[member].name()).collect();
     let mut record = SearchAgreementRecord {

@@ -5,7 +5,7 @@ use super::checkpoint::{Checkpoint, Finding, Key, Shard};
 use super::judge::{Verdict, errors, judge};
 use super::settings::SearchExperiment;
 use super::statistics::{Mean, Moments, joined, stratified};
-use super::workload::Workload;
+use super::workload::{Block, Workload};
 use crate::error::EvaluationError;
 use crate::run::Progress;
 use moment_problem::fast_simplex::{FastSimplex, FastSolution, SupportColumns};
@@ -23,9 +23,16 @@ const KEEP_DEVIATIONS: f64 = 4.0;
 
 /// The control of an order: power moments, on one block.
 pub(crate) struct Control {
-    pub(crate) solution: FastSolution,
+    /// Solutions for power and trigonometric moments: every candidate starts near one of them.
+    starts: [FastSolution; 2],
     pub(crate) errors: Vec<f64>,
     pub(crate) verdict: Verdict,
+}
+
+impl Control {
+    pub(crate) fn starts(&self) -> [&FastSolution; 2] {
+        [&self.starts[0], &self.starts[1]]
+    }
 }
 
 /// Everything that a sweep works with.
@@ -48,16 +55,21 @@ impl<'a> Sweep<'a> {
             experiment.orders.iter().map(|&order| Subsets::new(members, order)).collect();
         let mut controls = Vec::new();
         for &order in &experiment.orders {
-            let columns =
-                SupportColumns::new(&workload.table, &workload.powers[..order]).map_err(|error| {
-                    EvaluationError::Value(format!("power moments of order {order}: {error}"))
-                })?;
-            let solver = FastSimplex::new(&columns, experiment.tolerance).thorough();
-            let of_block = |block: &super::workload::Block| {
-                let solution = solver.solve(&block.kernels, &block.fragments);
-                let errors = errors(block, &solution);
-                let verdict = judge(workload, block, &solution, &errors);
-                Control { solution, errors, verdict }
+            let columns = |functions: &[usize]| {
+                SupportColumns::new(&workload.table, functions)
+                    .map_err(|error| EvaluationError::Value(format!("moments of order {order}: {error}")))
+            };
+            let power = columns(&workload.powers[..order])?;
+            let trigonometric = columns(&workload.waves[..order])?;
+            let of_block = |block: &Block| {
+                let solve = |columns: &SupportColumns| {
+                    let solver = FastSimplex::new(columns, experiment.tolerance).thorough();
+                    solver.solve(&block.kernels, &block.fragments)
+                };
+                let starts = [solve(&power), solve(&trigonometric)];
+                let errors = errors(block, &starts[0]);
+                let verdict = judge(workload, block, &starts[0], &errors);
+                Control { starts, errors, verdict }
             };
             controls.push(workload.blocks.par_iter().map(of_block).collect());
         }
@@ -78,7 +90,7 @@ impl<'a> Sweep<'a> {
         };
         let (control, block) = (&self.controls[order][block], &self.workload.blocks[block]);
         let solver = FastSimplex::new(&columns, self.experiment.tolerance);
-        let solution = solver.solve_near(&block.kernels, &block.fragments, &control.solution);
+        let solution = solver.solve_near(&block.kernels, &block.fragments, &control.starts());
         let verdict = judge(self.workload, block, &solution, &control.errors);
         let is_dropped = |&&place: &&usize| columns.dropped().contains(&place);
         let mut dropped = 0;

@@ -27,7 +27,7 @@ pub(crate) fn time(sweep: &Sweep<'_>, functions: &[BasisFunction]) -> Vec<Search
             let clock = Instant::now();
             let Ok(columns) = SupportColumns::new(&sweep.workload.table, &members) else { continue };
             let solver = FastSimplex::new(&columns, sweep.experiment.tolerance);
-            let solution = solver.solve_near(&block.kernels, &block.fragments, &control.solution);
+            let solution = solver.solve_near(&block.kernels, &block.fragments, &control.starts());
             let nanoseconds = |clock: Instant| u64::try_from(clock.elapsed().as_nanos()).unwrap_or(u64::MAX);
             samples.push(SearchSample {
                 solver: "FastSimplex".to_owned(),

@@ -22,6 +22,8 @@ pub(crate) struct Workload {
     pub(crate) members: usize,
     /// Index into the table of z^(k+1).
     pub(crate) powers: Vec<usize>,
+    /// Indices into the table of sines and cosines of 2 pi z, 4 pi z, ..., as many as the largest candidates need.
+    pub(crate) waves: Vec<usize>,
     /// Indices of the trigonometric moments, if the family has them.
     pub(crate) trigonometric: Option<Vec<usize>>,
     pub(crate) blocks: Vec<Block>,
@@ -102,14 +104,20 @@ impl Workload {
         let members = functions.len();
         let place = |function: &BasisFunction| functions.iter().position(|other| other == function);
         let trigonometric = Basis::trigonometric(2).functions().iter().map(place).collect();
-        let mut powers = Vec::new();
-        for function in Basis::power(*experiment.orders.iter().max().unwrap_or(&1)).functions() {
-            let place = functions.iter().position(|other| other == function).unwrap_or(functions.len());
-            if place == functions.len() {
-                functions.push(BasisFunction::clone(function));
+        let largest = experiment.orders.iter().copied().max().unwrap_or(1);
+        let mut places = |basis: Basis| -> Vec<usize> {
+            let mut places = Vec::new();
+            for function in basis.functions() {
+                let place = functions.iter().position(|other| other == function).unwrap_or(functions.len());
+                if place == functions.len() {
+                    functions.push(BasisFunction::clone(function));
+                }
+                places.push(place);
             }
-            powers.push(place);
-        }
+            places
+        };
+        let powers = places(Basis::power(largest));
+        let waves = places(Basis::trigonometric(largest.div_ceil(2)));
         let table = FunctionTable::new(&functions, &FunctionTable::uniform_depths(experiment.cells))
             .map_err(|error| value(error.to_string()))?;
         let kernel = experiment.kernel.build().map_err(|error| value(format!("kernel: {error}")))?;
@@ -149,6 +157,7 @@ impl Workload {
             table,
             members,
             powers,
+            waves,
             trigonometric,
             blocks: builder.blocks.into_iter().map(Block::sorted).collect(),
             views: builder.views,

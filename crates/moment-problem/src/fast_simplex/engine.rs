@@ -8,7 +8,7 @@
 use super::lanes::Lanes;
 use super::support::{LANES, SupportColumns, SupportDistribution};
 use super::vertex::{ARTIFICIAL, Cache, Rows, UNUSED, Vertex, largest_product};
-use super::{FastBound, FastVertex, MAX_ROWS};
+use super::{FastBound, FastVertex, MAX_GUESSES, MAX_ROWS};
 
 /// Slack that a dual vertex may lack at a column: the ratio test takes the step at which no column lacks more, and so
 /// may prefer large pivots (Harris). A bound is lowered by what its vertex lacks in the end.
@@ -26,9 +26,6 @@ const MAX_DUAL_PIVOTS: usize = 4;
 
 /// Pivots of the primal method for one fragment; what needs more goes to the exact route.
 const MAX_PRIMAL_PIVOTS: usize = 100;
-
-/// Pivots after a guess that look at the neighbours of the basic columns first.
-const NEIGHBOUR_PIVOTS: usize = 3;
 
 /// Weight given to each basic column at the start of the primal method, once to three times: without it, distributions
 /// of few depths would be degenerate and the method might cycle. The optimum moves by some hundred times this at most.
@@ -73,8 +70,8 @@ pub(super) struct Job<'a> {
     pub(super) moments: &'a [f64; MAX_ROWS],
     /// Whether a proof of F is enough.
     pub(super) early: bool,
-    /// Ascending indices of columns that may be near the optimal ones.
-    pub(super) guess: Option<&'a [u16]>,
+    /// Ascending indices of columns that may be near the optimal ones, or none.
+    pub(super) guesses: [&'a [u16]; MAX_GUESSES],
     pub(super) mass_before: f64,
 }
 
@@ -122,14 +119,19 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
         let found = match self.cache.best(&b) {
             Some(best) if self.is_settled(&self.cache.vertices[best], &b, enough) => best,
             best => {
-                let guessed = job.guess.and_then(|guess| self.shifted(guess, &b));
-                let guessed = guessed.and_then(|vertex| self.primal(vertex, &b, enough, NEIGHBOUR_PIVOTS));
+                let mut guessed = None;
+                for guess in job.guesses {
+                    if let Some(vertex) = self.shifted(guess, &b) {
+                        guessed = self.primal(vertex, &b, enough);
+                        break;
+                    }
+                }
                 let near = || self.dual(self.cache.vertices[best?], &b, enough);
                 let (vertex, least) = match guessed.or_else(near) {
                     Some(found) => found,
                     None => {
                         let vertex = self.reduced(job.kernel, &b)?;
-                        self.primal(vertex, &b, enough, 0)?
+                        self.primal(vertex, &b, enough)?
                     }
                 };
                 let least = least.unwrap_or_else(|| self.least(&vertex.dual));
@@ -279,27 +281,6 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
         least.least().0
     }
 
-    /// Least slack among the neighbours of the basic columns.
-    #[inline(always)]
-    fn least_neighbour(&self, vertex: &Vertex<V, R, K>) -> (f64, usize) {
-        let last = self.columns.depths() - 1;
-        let mut best = (0.0, 0);
-        for r in 0..R {
-            let j = usize::from(vertex.index[r]);
-            for j in [j.saturating_sub(1), (j + 1).min(last)] {
-                let column = self.columns.column(j);
-                let mut slack = if j < usize::from(self.step) { 1.0 } else { 0.0 };
-                for i in 0..R {
-                    slack = (-vertex.dual[i]).mul_add(column[i], slack);
-                }
-                if slack < best.0 {
-                    best = (slack, j);
-                }
-            }
-        }
-        best
-    }
-
     /// Least slack over the support and where it is.
     #[inline(always)]
     fn least_slack(&self, y: &[f64; R]) -> (f64, usize) {
@@ -404,13 +385,7 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
 
     /// Primal simplex method, from a basis without negative weights to the optimum.
     #[inline(always)]
-    fn primal(
-        &mut self,
-        mut vertex: Vertex<V, R, K>,
-        b: &[f64; R],
-        enough: f64,
-        neighbours: usize,
-    ) -> Option<Found<V, R, K>> {
+    fn primal(&mut self, mut vertex: Vertex<V, R, K>, b: &[f64; R], enough: f64) -> Option<Found<V, R, K>> {
         let mut weights = vertex.solve(b);
         for (k, weights) in weights.iter_mut().enumerate() {
             let mut extra = [0.0; LANES];
@@ -424,23 +399,9 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
         let perturbed = self.moments_of(&vertex, &weights);
         vertex.price(self.step);
         for pivot in 1..=MAX_PRIMAL_PIVOTS {
-            // Next to a good guess the column that is missing is next to a present one, more often than not.
-            let (mut least, mut entering) = (0.0, 0);
-            if pivot <= neighbours {
-                (least, entering) = self.least_neighbour(&vertex);
-                if least >= -SLACK_TOLERANCE {
-                    least = self.least(&vertex.dual);
-                    if least >= -SLACK_TOLERANCE {
-                        return self.polished(vertex, least, b, enough);
-                    }
-                    least = 0.0;
-                }
-            }
-            if least == 0.0 {
-                (least, entering) = self.least_slack(&vertex.dual);
-                if least >= -SLACK_TOLERANCE {
-                    return self.polished(vertex, least, b, enough);
-                }
+            let (least, entering) = self.least_slack(&vertex.dual);
+            if least >= -SLACK_TOLERANCE {
+                return self.polished(vertex, least, b, enough);
             }
             self.pivots += 1;
             self.enter(&mut vertex, &mut weights, entering, least)?;

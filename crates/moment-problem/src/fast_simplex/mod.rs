@@ -26,6 +26,9 @@ pub use support::{FunctionTable, MAX_SUPPORT, SupportColumns, SupportDistributio
 /// Largest number of rows: 1 and eight functions.
 pub const MAX_ROWS: usize = 9;
 
+/// Solutions for other bases that are looked at.
+const MAX_GUESSES: usize = 2;
+
 /// A fragment: which distribution, at which depth of the support.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FastFragment {
@@ -150,30 +153,30 @@ impl<'a> FastSimplex<'a> {
     /// # Panics
     /// If a fragment names a kernel or a step that does not exist.
     pub fn solve(&self, kernels: &[SupportDistribution], fragments: &[FastFragment]) -> FastSolution {
-        self.run(kernels, fragments, None)
+        self.run(kernels, fragments, &[])
     }
 
-    /// The same, starting at the solution for another basis of the same rank: the depths of an optimal distribution
-    /// depend little on the basis. Without such a solution, or where it does not help, each program starts from the
-    /// distribution itself.
+    /// The same, starting at solutions for other bases of the same rank, tried in turn: the depths of an optimal
+    /// distribution depend little on the basis. Where none of them helps, a program starts from the distribution itself.
     ///
     /// # Panics
-    /// As [`FastSimplex::solve`], and if the solution is not one for these fragments.
+    /// As [`FastSimplex::solve`], and if a solution is not one for these fragments.
     pub fn solve_near(
         &self,
         kernels: &[SupportDistribution],
         fragments: &[FastFragment],
-        other: &FastSolution,
+        others: &[&FastSolution],
     ) -> FastSolution {
-        assert_eq!(other.bounds.len(), fragments.len(), "the solution is one for other fragments");
-        self.run(kernels, fragments, Some(other))
+        let fits = |other: &&FastSolution| other.bounds.len() == fragments.len();
+        assert!(others.iter().all(fits), "a solution is one for other fragments");
+        self.run(kernels, fragments, others)
     }
 
     fn run(
         &self,
         kernels: &[SupportDistribution],
         fragments: &[FastFragment],
-        other: Option<&FastSolution>,
+        others: &[&FastSolution],
     ) -> FastSolution {
         let task = Task {
             columns: self.columns,
@@ -181,7 +184,7 @@ impl<'a> FastSimplex<'a> {
             early: self.early,
             kernels,
             fragments,
-            other,
+            others,
         };
         let (mut solution, hints) = match self.width {
             #[cfg(target_arch = "x86_64")]
@@ -204,7 +207,7 @@ struct Task<'a> {
     early: bool,
     kernels: &'a [SupportDistribution],
     fragments: &'a [FastFragment],
-    other: Option<&'a FastSolution>,
+    others: &'a [&'a FastSolution],
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -246,14 +249,18 @@ fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> (FastSolu
             engine.begin(fragment.step);
         }
         let kernel = fragment.kernel as usize;
-        let guess = task.other.and_then(|other| {
-            let vertex = other.vertices.get(other.bounds[index].vertex as usize)?;
-            (vertex.rank == R as u8).then_some(&vertex.support[..R])
-        });
+        let mut guesses: [&[u16]; MAX_GUESSES] = [&[]; MAX_GUESSES];
+        for (guess, other) in guesses.iter_mut().zip(task.others) {
+            if let Some(vertex) = other.vertices.get(other.bounds[index].vertex as usize)
+                && vertex.rank == R as u8
+            {
+                *guess = &vertex.support[..R];
+            }
+        }
         let job = Job {
             kernel: &task.kernels[kernel],
             moments: &moments[kernel],
-            guess,
+            guesses,
             early: task.early,
             mass_before: fragment.mass_before,
         };

@@ -28,6 +28,9 @@ const PIVOT_TOLERANCE: f64 = 1e-18;
 /// vertex reached decides what it is worth.
 const MAX_PIVOTS: usize = 500;
 
+/// Pivots that bring a basis near the optimum to feasible weights; more are not worth it.
+const MAX_REPAIRS: usize = 12;
+
 /// A depth with its column a(z) of the constraint matrix and its cost p(z).
 pub(crate) struct Column {
     pub z: f64,
@@ -68,7 +71,8 @@ impl FiniteProgram {
         Self { rank, target: target.to_vec(), perturbed, columns, basic: (0..rank).collect() }
     }
 
-    /// Starts from given columns instead, by their numbers without the artificial ones, if they are a feasible basis.
+    /// Starts from given columns instead, by their numbers without the artificial ones, if they are a feasible
+    /// basis or next to one.
     pub(crate) fn start_at(&mut self, columns: &[u16]) {
         let real = self.columns.len() - self.rank;
         if columns.len() != self.rank || columns.iter().any(|&j| usize::from(j) >= real) {
@@ -76,12 +80,38 @@ impl FiniteProgram {
         }
         let artificial = std::mem::take(&mut self.basic);
         self.basic = columns.iter().map(|&j| self.rank + usize::from(j)).collect();
-        let feasible = self.factors().is_ok_and(|factors| {
-            factors.solve(&self.perturbed).iter().all(|weight| *weight >= DoubleDouble::zero())
-        });
-        if !feasible {
+        if !self.repair().unwrap_or(false) {
             self.basic = artificial;
         }
+    }
+
+    /// Dual simplex method towards a basis without negative weights; true if it gets there.
+    fn repair(&mut self) -> Result<bool, MomentError> {
+        for _ in 0..MAX_REPAIRS {
+            let factors = self.factors()?;
+            let x = factors.solve(&self.perturbed);
+            let least = x.iter().enumerate().min_by(|a, b| a.1.to_f64().total_cmp(&b.1.to_f64()));
+            let Some((row, _)) = least.filter(|(_, weight)| **weight < DoubleDouble::zero()) else {
+                return Ok(true);
+            };
+            let unit: Vec<DoubleDouble> =
+                (0..self.rank).map(|i| DoubleDouble::from(if i == row { 1.0 } else { 0.0 })).collect();
+            let (rho, y) = (factors.solve_transposed(&unit), factors.solve_transposed(&self.costs()));
+            let sizes: Vec<f64> =
+                self.columns.iter().map(|column| -dot(&rho, &column.entries).to_f64()).collect();
+            let real = || (self.rank..self.columns.len()).filter(|j| !self.basic.contains(j));
+            let floor = PIVOT_TOLERANCE * real().map(|j| sizes[j]).fold(0.0, f64::max);
+            let ratio = |j: usize| {
+                let column = &self.columns[j];
+                let slack = (DoubleDouble::from(column.cost) - dot(&y, &column.entries)).to_f64();
+                slack.max(0.0) / sizes[j]
+            };
+            let candidates = real().filter(|&j| sizes[j] > floor).map(|j| (j, ratio(j)));
+            let entering = candidates.min_by(|a, b| a.1.total_cmp(&b.1));
+            let Some((entering, _)) = entering else { return Ok(false) };
+            self.basic[row] = entering;
+        }
+        Ok(false)
     }
 
     /// Columns without the artificial ones.
