@@ -6,20 +6,14 @@
 //! pivot, so what is far away is reached from the distribution itself by the primal method, whose pivots jump.
 
 use super::lanes::Lanes;
+use super::pricing::{PIVOT_TOLERANCE, SLACK_TOLERANCE, dot, dot_absolute};
 use super::support::{LANES, SupportColumns, SupportDistribution};
-use super::vertex::{ARTIFICIAL, Cache, Rows, UNUSED, Vertex, largest_product};
+use super::vertex::{ARTIFICIAL, Cache, Rows, UNUSED, Vertex};
 use super::{FastBound, FastVertex, MAX_GUESSES, MAX_ROWS};
-
-/// Slack that a dual vertex may lack at a column: the ratio test takes the step at which no column lacks more, and so
-/// may prefer large pivots (Harris). A bound is lowered by what its vertex lacks in the end.
-const SLACK_TOLERANCE: f64 = 1e-10;
 
 /// A weight counts as negative below minus this times the size of its row of the inverse: some hundred roundings of the
 /// products that it is the sum of. Absolute tolerances stall, since rows differ by many orders of magnitude.
-const WEIGHT_TOLERANCE: f64 = 3e-14;
-
-/// Pivot elements below this share of the largest possible are rounding.
-const PIVOT_TOLERANCE: f64 = 1e-11;
+pub(super) const WEIGHT_TOLERANCE: f64 = 3e-14;
 
 /// Pivots of the dual method for one fragment.
 const MAX_DUAL_PIVOTS: usize = 4;
@@ -31,31 +25,21 @@ const MAX_PRIMAL_PIVOTS: usize = 100;
 /// of few depths would be degenerate and the method might cycle. The optimum moves by some hundred times this at most.
 const PERTURBATION: f64 = 1e-10;
 
-/// A start may have weights that are negative by this times the size of their row: they are set to 0, which is less than
-/// the perturbation changes.
-const START_TOLERANCE: f64 = 1e-11;
-
-/// How often a guess is corrected before it is given up.
-const MAX_SHIFTS: usize = 5;
-
-/// Weight of artificial columns, and gain by replacing one, that is rounding.
-const REDUCED: f64 = 1e-13;
-
 /// Pivots of the primal method after which the inverse is computed afresh.
 const REFRESH: usize = 12;
 
 /// The solver for one basis of R rows, K vectors of lanes.
 pub(super) struct Engine<'a, V: Lanes, const R: usize, const K: usize> {
-    columns: &'a SupportColumns,
-    rows: [&'a [[f64; LANES]]; R],
+    pub(super) columns: &'a SupportColumns,
+    pub(super) rows: [&'a [[f64; LANES]]; R],
     /// Largest entry of each row.
-    largest: [f64; R],
+    pub(super) largest: [f64; R],
     /// p over the support, and the z_f that it belongs to.
-    costs: Vec<[f64; LANES]>,
-    step: u16,
+    pub(super) costs: Vec<[f64; LANES]>,
+    pub(super) step: u16,
     cache: Cache<V, R, K>,
     /// The columns of one distribution, in groups of lanes.
-    own: Vec<[[f64; LANES]; R]>,
+    pub(super) own: Vec<[[f64; LANES]; R]>,
     pub(super) pivots: u64,
     /// The columns where the primal method ended last.
     pub(super) last: [u16; R],
@@ -235,154 +219,6 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
         vertex.negative_row(&vertex.solve(b), WEIGHT_TOLERANCE).is_none().then_some((vertex, None))
     }
 
-    /// Column at which the slack vanishes first as the dual vector moves along a row of the inverse, and its slack.
-    #[inline(always)]
-    fn entering(&self, y: &[f64; R], rho: &[f64; R]) -> Option<(usize, f64)> {
-        let floor = V::splat(PIVOT_TOLERANCE * dot_absolute(rho, &self.largest));
-        let (y, rho) = (splat::<V, R>(y), splat::<V, R>(rho));
-        let tolerance = V::splat(SLACK_TOLERANCE);
-        let mut numerator = V::splat(1.0);
-        let mut divisor = V::zero();
-        let mut group = V::zero();
-        for (number, costs) in self.costs.iter().enumerate() {
-            let mut slack = V::load(costs);
-            let mut size = V::zero();
-            for i in 0..R {
-                let row = V::load(&self.rows[i][number]);
-                slack = y[i].neg_mul_add(row, slack);
-                size = rho[i].neg_mul_add(row, size);
-            }
-            let slack = slack.add(tolerance);
-            // slack / size < numerator / divisor without a division; too small a size never is.
-            let left = floor.where_less(size, slack.mul(divisor), V::splat(f64::INFINITY));
-            let right = numerator.mul(size);
-            numerator = left.where_less(right, slack, numerator);
-            group = left.where_less(right, V::splat(number as f64), group);
-            divisor = left.where_less(right, size, divisor);
-        }
-        // Lanes without a candidate divide 1 by 0.
-        let (ratio, lane) = numerator.div(divisor).least();
-        let column = (group.lane(lane) as usize * LANES + lane).min(self.columns.depths() - 1);
-        (ratio < f64::INFINITY).then(|| (column, numerator.lane(lane) - SLACK_TOLERANCE))
-    }
-
-    /// Least slack over the support.
-    #[inline(always)]
-    fn least(&self, y: &[f64; R]) -> f64 {
-        let y = splat::<V, R>(y);
-        let mut least = V::splat(f64::INFINITY);
-        for (number, costs) in self.costs.iter().enumerate() {
-            let mut slack = V::load(costs);
-            for i in 0..R {
-                slack = y[i].neg_mul_add(V::load(&self.rows[i][number]), slack);
-            }
-            least = least.min(slack);
-        }
-        least.least().0
-    }
-
-    /// Least slack over the support and where it is.
-    #[inline(always)]
-    fn least_slack(&self, y: &[f64; R]) -> (f64, usize) {
-        let y = splat::<V, R>(y);
-        let mut least = V::splat(f64::INFINITY);
-        let mut group = V::zero();
-        for (number, costs) in self.costs.iter().enumerate() {
-            let mut slack = V::load(costs);
-            for i in 0..R {
-                slack = y[i].neg_mul_add(V::load(&self.rows[i][number]), slack);
-            }
-            group = slack.where_less(least, V::splat(number as f64), group);
-            least = slack.where_less(least, slack, least);
-        }
-        let (least, lane) = least.least();
-        (least, (group.lane(lane) as usize * LANES + lane).min(self.columns.depths() - 1))
-    }
-
-    /// A basis near a guess whose weights are not negative.
-    ///
-    /// A point of contact between two neighbouring depths shows as a pair of columns. If one of its weights is
-    /// negative, their centre of mass says where the pair would be right (Newton's method for the point).
-    #[inline(always)]
-    fn shifted(&mut self, guess: &[u16], b: &[f64; R]) -> Option<Vertex<V, R, K>> {
-        let mut vertex = Vertex::artificial(b);
-        vertex.index.copy_from_slice(guess.get(..R)?);
-        for attempt in 0..MAX_SHIFTS {
-            vertex.invert(self.columns)?;
-            let weights = vertex.solve(b);
-            if vertex.negative_row(&weights, START_TOLERANCE).is_none() {
-                return Some(vertex);
-            }
-            let mut entry = [[0.0; LANES]; K];
-            for k in 0..K {
-                weights[k].store(&mut entry[k]);
-            }
-            if attempt + 1 < MAX_SHIFTS {
-                self.shift(&mut vertex.index, entry.as_flattened())?;
-                self.pivots += 1;
-            }
-        }
-        None
-    }
-
-    /// Moves pairs to their centres of mass; `None` if that is impossible.
-    #[inline(always)]
-    fn shift(&self, index: &mut [u16; R], weights: &[f64]) -> Option<()> {
-        let last = self.columns.depths() as i32 - 1;
-        let step = i32::from(self.step);
-        let mut moved = false;
-        let mut wrong = None;
-        let mut before = -1;
-        let mut r = 0;
-        while r < R {
-            let j = i32::from(index[r]);
-            let paired = r + 1 < R && i32::from(index[r + 1]) == j + 1 && j != step && j + 1 != step;
-            // Columns must not meet.
-            if j <= before && !paired {
-                return None;
-            }
-            if !paired {
-                before = j;
-                r += 1;
-                continue;
-            }
-            let (first, second) = (weights[r], weights[r + 1]);
-            let mut to = j;
-            if first < 0.0 || second < 0.0 {
-                let mass = first + second;
-                if mass > 0.0 {
-                    let (low, high) = if j < step { (0, step - 2) } else { (step + 1, last - 1) };
-                    if low > high {
-                        return None;
-                    }
-                    to = ((f64::from(j) + second / mass).floor() as i32).clamp(low, high);
-                    moved |= to != j;
-                } else if wrong.replace(r).is_some() {
-                    return None;
-                }
-            }
-            if to <= before {
-                return None;
-            }
-            index[r] = to as u16;
-            index[r + 1] = to as u16 + 1;
-            before = to + 1;
-            r += 2;
-        }
-        if let Some(r) = wrong {
-            // A point of contact without mass has left the interval: contact at both its ends takes its place.
-            if index[0] == 0 || i32::from(index[R - 1]) == last {
-                return None;
-            }
-            index.copy_within(0..r, 1);
-            index.copy_within(r + 2..R, r + 1);
-            index[0] = 0;
-            index[R - 1] = last as u16;
-            moved = true;
-        }
-        moved.then_some(())
-    }
-
     /// Primal simplex method, from a basis without negative weights to the optimum.
     #[inline(always)]
     fn primal(&mut self, mut vertex: Vertex<V, R, K>, b: &[f64; R], enough: f64) -> Option<Found<V, R, K>> {
@@ -432,7 +268,7 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
 
     /// Brings a column into a feasible basis.
     #[inline(always)]
-    fn enter(
+    pub(super) fn enter(
         &self,
         vertex: &mut Vertex<V, R, K>,
         weights: &mut Rows<V, K>,
@@ -478,93 +314,4 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
         }
         sum
     }
-
-    /// At most R depths of the distribution that have its moments (Caratheodory), by the primal method from artificial
-    /// columns over its own; depths of any kind make up the number.
-    #[inline(always)]
-    fn reduced(&mut self, kernel: &SupportDistribution, b: &[f64; R]) -> Option<Vertex<V, R, K>> {
-        let indices = kernel.indices();
-        self.own.clear();
-        for group in indices.chunks(LANES) {
-            let mut columns = [[0.0; LANES]; R];
-            for lane in 0..LANES {
-                let column = self.columns.column(usize::from(group[lane.min(group.len() - 1)]));
-                for i in 0..R {
-                    columns[i][lane] = column[i];
-                }
-            }
-            self.own.push(columns);
-        }
-        let mut vertex = Vertex::artificial(b);
-        let mut weights = vertex.solve(b);
-        for _ in 0..4 * R {
-            // Cost 1 for artificial columns, 0 for the others: the dual vector sums the rows of the former.
-            let y = vertex.rows_where(|index| index == ARTIFICIAL);
-            if dot(&y, b) <= REDUCED {
-                break;
-            }
-            let (gain, place) = largest_product::<V, R>(&self.own, &y);
-            if gain <= REDUCED {
-                break;
-            }
-            self.pivots += 1;
-            let entering = usize::from(indices[place.min(indices.len() - 1)]);
-            self.enter(&mut vertex, &mut weights, entering, 0.0)?;
-        }
-        for row in 0..R {
-            if vertex.index[row] == ARTIFICIAL {
-                self.pivots += 1;
-                let entering = self.largest_entry(&vertex.row(row));
-                let direction = vertex.solve(self.columns.column(entering));
-                vertex.replace(row, entering, &direction, 0.0)?;
-            }
-        }
-        Some(vertex)
-    }
-
-    /// The column with the largest |rho . a|.
-    #[inline(always)]
-    fn largest_entry(&self, rho: &[f64; R]) -> usize {
-        let rho = splat::<V, R>(rho);
-        let mut least = V::zero();
-        let mut group = V::zero();
-        for number in 0..self.costs.len() {
-            let mut alpha = V::zero();
-            for i in 0..R {
-                alpha = rho[i].mul_add(V::load(&self.rows[i][number]), alpha);
-            }
-            let size = alpha.abs().mul(V::splat(-1.0));
-            group = size.where_less(least, V::splat(number as f64), group);
-            least = size.where_less(least, size, least);
-        }
-        let (_, lane) = least.least();
-        (group.lane(lane) as usize * LANES + lane).min(self.columns.depths() - 1)
-    }
-}
-
-#[inline(always)]
-fn splat<V: Lanes, const R: usize>(values: &[f64; R]) -> [V; R] {
-    let mut vectors = [V::zero(); R];
-    for i in 0..R {
-        vectors[i] = V::splat(values[i]);
-    }
-    vectors
-}
-
-#[inline(always)]
-fn dot<const R: usize>(a: &[f64; R], b: &[f64; R]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..R {
-        sum = a[i].mul_add(b[i], sum);
-    }
-    sum
-}
-
-#[inline(always)]
-fn dot_absolute<const R: usize>(a: &[f64; R], b: &[f64; R]) -> f64 {
-    let mut sum = 0.0;
-    for i in 0..R {
-        sum = a[i].abs().mul_add(b[i].abs(), sum);
-    }
-    sum
 }

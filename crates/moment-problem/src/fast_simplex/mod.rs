@@ -14,6 +14,8 @@
 mod engine;
 mod exact;
 mod lanes;
+mod pricing;
+mod start;
 mod support;
 mod vertex;
 
