@@ -67,10 +67,8 @@ fn fekete(working: &WorkingBasis) -> Vec<f64> {
                 continue;
             };
             // The Lagrange function of node k, 1 there and 0 at the other nodes: V grows by its value.
-            let mut lagrange = vec![0.0; functions.iter().map(Vec::len).max().unwrap_or(1)];
-            for (function, &factor) in functions.iter().zip(inverse.column(k).iter()) {
-                lagrange.iter_mut().zip(function).for_each(|(s, c)| *s += factor * c);
-            }
+            let factors: Vec<f64> = inverse.column(k).iter().copied().collect();
+            let lagrange = chebyshev::combination(&functions, &factors);
             let mut candidates = chebyshev::sign_changes(&chebyshev::derivative(&lagrange), -1.0, 1.0);
             candidates.extend([-1.0, 1.0]);
             for candidate in candidates {

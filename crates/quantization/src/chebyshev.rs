@@ -33,6 +33,16 @@ pub(crate) fn evaluate(coefficients: &[f64], t: f64) -> f64 {
     coefficients.first().copied().unwrap_or_default() + t * next - after
 }
 
+/// Series of the sum of functions times factors.
+pub(crate) fn combination(functions: &[Vec<f64>], factors: &[f64]) -> Vec<f64> {
+    let length = functions.iter().map(Vec::len).max().unwrap_or(1);
+    let mut sum = vec![0.0; length];
+    for (function, &factor) in functions.iter().zip(factors) {
+        sum.iter_mut().zip(function).for_each(|(s, &c)| *s += factor * c);
+    }
+    sum
+}
+
 /// Coefficients of the derivative.
 pub(crate) fn derivative(coefficients: &[f64]) -> Vec<f64> {
     let n = coefficients.len().saturating_sub(1);

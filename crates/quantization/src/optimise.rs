@@ -6,7 +6,7 @@ use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
 use crate::polish::{Polished, polish};
 use crate::random::Random;
-use crate::range::range;
+use crate::range::ranges;
 use crate::row_program::{Block, Vertex};
 use crate::search::{Ascent, ascend};
 use crate::transform::AffineTransform;
@@ -136,11 +136,14 @@ pub fn optimise(
 /// # Panics
 /// If the transform's order is not the basis'.
 pub fn transform_range(basis: &Basis, interval: DepthInterval, transform: &AffineTransform) -> (f64, f64) {
-    let rows = (0..transform.order()).map(|i| {
-        let row = std::iter::once(&transform.offset()[i]).chain(transform.row(i));
-        range(basis, &row.map(|&c| DoubleDouble::from(c)).collect::<Vec<_>>(), interval)
-    });
-    rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), row| {
+    let rows: Vec<Vec<DoubleDouble>> = (0..transform.order())
+        .map(|i| {
+            let row = std::iter::once(&transform.offset()[i]).chain(transform.row(i));
+            row.map(|&c| DoubleDouble::from(c)).collect()
+        })
+        .collect();
+    let ranges = ranges(basis, &rows, interval);
+    ranges.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), row| {
         (min.min(row.proved_min), max.max(row.proved_max))
     })
 }
@@ -188,32 +191,23 @@ fn best_of(
 
 /// From rows in working coordinates to a matrix and an offset over b_1, ..., b_m with range \[0, 1\].
 fn assemble(working: &WorkingBasis, rows: Vec<Vec<f64>>) -> Result<AffineTransform, QuantizationError> {
-    let m = working.len();
     let mut ordered: Vec<(usize, Vec<f64>)> = rows.into_iter().map(|row| upright(working, row)).collect();
     ordered.sort_by(|a, b| a.0.cmp(&b.0).then(b.1[0].total_cmp(&a.1[0])));
-    let (mut matrix, mut offset) = (Vec::with_capacity(m * m), Vec::with_capacity(m));
-    for (_, row) in ordered {
-        let mut coefficients: Vec<DoubleDouble> = (0..=m)
-            .map(|j| {
-                let terms = row.iter().zip(&working.rows);
-                terms.fold(DoubleDouble::zero(), |sum, (&x, w)| sum + DoubleDouble::from(x) * w[j])
-            })
-            .collect();
-        // The range once more, of the very numbers that are stored.
-        let exact = range(&working.basis, &coefficients, working.interval);
-        let width = DoubleDouble::sum(exact.proved_max, -exact.proved_min);
-        coefficients.iter_mut().for_each(|c| *c = *c / width);
-        let negligible = NEGLIGIBLE * coefficients[1..].iter().map(|c| c.to_f64().abs()).fold(0.0, f64::max);
-        for coefficient in &mut coefficients[1..] {
-            let rounded = coefficient.to_f64();
-            *coefficient = DoubleDouble::from(if rounded.abs() < negligible { 0.0 } else { rounded });
+    let mut rows: Vec<Vec<DoubleDouble>> = ordered.iter().map(|(_, row)| working.over_basis(row)).collect();
+    let exact = ranges(&working.basis, &rows, working.interval);
+    for (row, range) in rows.iter_mut().zip(exact) {
+        let width = DoubleDouble::sum(range.proved_max, -range.proved_min);
+        let scaled: Vec<f64> = row.iter().map(|&c| (c / width).to_f64()).collect();
+        let negligible = NEGLIGIBLE * scaled[1..].iter().fold(0.0, |max: f64, c| max.max(c.abs()));
+        for (entry, value) in row.iter_mut().zip(scaled) {
+            *entry = DoubleDouble::from(if value.abs() < negligible { 0.0 } else { value });
         }
-        coefficients[0] = DoubleDouble::zero();
-        matrix.extend(coefficients[1..].iter().map(|c| c.to_f64()));
-        let stored = range(&working.basis, &coefficients, working.interval);
-        // What rounding the entries added to the width is shared by both ends.
-        offset.push(0.5 - 0.5 * (stored.proved_min + stored.proved_max) + 0.0);
+        row[0] = DoubleDouble::zero();
     }
+    // Once more, of the very numbers that are stored: what rounding added to the width is shared by both ends.
+    let stored = ranges(&working.basis, &rows, working.interval);
+    let offset = stored.iter().map(|range| 0.5 - 0.5 * (range.proved_min + range.proved_max) + 0.0).collect();
+    let matrix = rows.iter().flat_map(|row| row[1..].iter().map(|c| c.to_f64())).collect();
     AffineTransform::new(matrix, offset)
 }
 
@@ -222,11 +216,7 @@ const NEGLIGIBLE: f64 = 1e-13;
 
 /// Number of extrema inside the interval, and the row with the sign that starts in the lower half of its range.
 fn upright(working: &WorkingBasis, mut row: Vec<f64>) -> (usize, Vec<f64>) {
-    let length = working.series.iter().map(Vec::len).max().unwrap_or(1);
-    let mut series = vec![0.0; length];
-    for (function, &factor) in working.series.iter().zip(&row) {
-        series.iter_mut().zip(function).for_each(|(s, c)| *s += factor * c);
-    }
+    let series = chebyshev::combination(&working.series, &row);
     let extrema = chebyshev::sign_changes(&chebyshev::derivative(&series), -1.0, 1.0).len();
     let (min, max) = chebyshev::extremes(&series, -1.0, 1.0);
     if chebyshev::evaluate(&series, -1.0) > 0.5 * (min + max) {

@@ -76,12 +76,7 @@ impl Block {
 
     /// Series of the row x.
     pub(crate) fn series(&self, x: &[f64]) -> Vec<f64> {
-        let length = self.functions.iter().map(Vec::len).max().unwrap_or(1);
-        let mut sum = vec![0.0; length];
-        for (function, &factor) in self.functions.iter().zip(x) {
-            sum.iter_mut().zip(function).for_each(|(s, &c)| *s += factor * c);
-        }
-        sum
+        chebyshev::combination(&self.functions, x)
     }
 
     /// Samples that are far from dependent: each the one that the samples before it describe worst.

@@ -137,6 +137,15 @@ impl WorkingBasis {
         Ok(worst)
     }
 
+    /// Coefficients over 1, b_1, ..., b_m of the function with the given ones over w_1, ..., w_m.
+    pub(crate) fn over_basis(&self, x: &[f64]) -> Vec<DoubleDouble> {
+        let coefficient = |j: usize| {
+            let terms = x.iter().zip(&self.rows);
+            terms.fold(DoubleDouble::zero(), |sum, (&x, w)| sum + DoubleDouble::from(x) * w[j])
+        };
+        (0..=self.basis.len()).map(coefficient).collect()
+    }
+
     /// Parity of each function about the middle of the interval.
     pub(crate) fn parities(&self) -> Result<Vec<Parity>, QuantizationError> {
         let part = |series: &[f64], odd: usize| -> f64 {
