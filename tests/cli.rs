@@ -204,3 +204,53 @@ fn a_closed_pipe_is_no_panic() {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
 }
+
+#[test]
+fn quantize_keeps_its_contract() {
+    let answer = json(&["quantize", "--order", "2"]);
+    for key in ["gain_bits", "bound_bits"] {
+        assert!((number(&answer, key) - 2.0).abs() < 1e-3, "{answer}");
+    }
+    assert!(number(&answer, "gain_bits") <= number(&answer, "bound_bits"));
+    assert!(number(&answer, "range_min") >= -1e-9 && number(&answer, "range_max") <= 1.0 + 1e-9);
+    assert!(number(&answer, "seconds") >= 0.0);
+    let shape = |key: &str| -> Vec<usize> {
+        let rows = answer[key].as_array().unwrap();
+        rows.iter().map(|row| row.as_array().map_or(1, Vec::len)).collect()
+    };
+    assert_eq!((shape("matrix"), shape("offset")), (vec![2, 2], vec![1, 1]));
+    for language in ["wgsl", "hlsl", "rust"] {
+        let code = answer["snippets"][language].as_str().unwrap();
+        assert!(code.contains("quantise") && code.contains("dequantise"), "{code}");
+    }
+    // Sparse in depths from -1 to 1, and the same gain as in depths from 0 to 1.
+    let options = ["--order", "4", "--structure", "parity", "--starts", "8", "--seed", "3"];
+    let signed = json(&[&["quantize"], &options[..], &["--depth-range", "signed"]].concat());
+    let unit = json(&[&["quantize"], &options[..]].concat());
+    assert!((number(&signed, "gain_bits") - number(&unit, "gain_bits")).abs() < 1e-9);
+    let zeros = signed["matrix"].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap());
+    assert_eq!(zeros.filter(|entry| entry.as_f64() == Some(0.0)).count(), 8, "{signed}");
+    let human = msm(&["quantize", "--basis", "trig:1", "--depth-range", "0.25,0.75", "--language", "hlsl"]);
+    let text = String::from_utf8(human.stdout).unwrap();
+    assert!(text.contains("[0.25, 0.75]") && text.contains("void dequantise(const float s[2]"), "{text}");
+}
+
+#[test]
+fn quantize_rejects_what_cannot_work_and_names_it() {
+    let quantize = |rest: &[&str], needle: &str| rejected(&[&["quantize"], rest].concat(), needle);
+    quantize(&["--order", "0"], "power:0");
+    quantize(&["--order", "17"], "power:17");
+    quantize(&["--order", "-3"], "power:-3");
+    quantize(&["--order", "four"], "power:four");
+    quantize(&["--basis", "z, 1-z"], "flat");
+    quantize(&["--basis", "0z"], "0z");
+    quantize(&["--basis", "z, z"], "twice");
+    quantize(&["--order", "4", "--depth-range", "0.5,0.5"], "0.5 to 0.5");
+    quantize(&["--order", "4", "--depth-range", "1,0"], "from 1 to 0");
+    quantize(&["--order", "4", "--depth-range", "half"], "half");
+    quantize(&["--basis", "z, ln(1+1z)", "--depth-range", "signed"], "ln(1+1z)");
+    quantize(&["--order", "4", "--starts", "0"], "0 starts");
+    quantize(&["--basis", "z, exp(1z)", "--structure", "parity"], "exp(1z)");
+    quantize(&["--order", "4", "--basis", "power:4"], "--basis");
+    quantize(&[], "--order");
+}

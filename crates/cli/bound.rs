@@ -64,7 +64,7 @@ impl From<SolverName> for Solver {
     }
 }
 
-fn parse_basis(text: &str) -> Result<Basis, String> {
+pub fn parse_basis(text: &str) -> Result<Basis, String> {
     text.parse::<Basis>().map_err(|error| error.to_string())
 }
 

@@ -4,6 +4,7 @@ mod bound;
 mod outcome;
 mod plot;
 mod progress;
+mod quantize;
 mod render;
 mod report;
 mod run;
@@ -25,6 +26,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Bound(bound::Arguments),
+    Quantize(quantize::Arguments),
     Render(render::Arguments),
     Run(run::Arguments),
     Report(report::Arguments),
@@ -34,6 +36,7 @@ impl Verb {
     fn execute(&self) -> Result<(), Failure> {
         match self {
             Self::Bound(arguments) => bound::execute(arguments),
+            Self::Quantize(arguments) => quantize::execute(arguments),
             Self::Render(arguments) => render::execute(arguments),
             Self::Run(arguments) => run::execute(arguments),
             Self::Report(arguments) => report::execute(arguments),

@@ -4,7 +4,7 @@
 use crate::arithmetic::Real;
 
 /// L U factors of a square matrix with row exchanges.
-pub(crate) struct Factors<R> {
+pub struct Factors<R> {
     size: usize,
     /// Row-major; L below the diagonal (unit), U on and above it.
     entries: Vec<R>,
@@ -14,7 +14,7 @@ pub(crate) struct Factors<R> {
 
 impl<R: Real> Factors<R> {
     /// Factors the matrix given by `entry(row, column)`; `None` if a pivot vanishes.
-    pub(crate) fn new(size: usize, entry: impl Fn(usize, usize) -> R) -> Option<Self> {
+    pub fn new(size: usize, entry: impl Fn(usize, usize) -> R) -> Option<Self> {
         let mut entries: Vec<R> = (0..size * size).map(|i| entry(i / size, i % size)).collect();
         let mut rows: Vec<usize> = (0..size).collect();
         for k in 0..size {
@@ -49,8 +49,13 @@ impl<R: Real> Factors<R> {
         self.entries[i * self.size + j]
     }
 
+    /// Pivots: their product is the determinant up to its sign.
+    pub fn pivots(&self) -> impl Iterator<Item = R> + '_ {
+        (0..self.size).map(|i| self.at(i, i))
+    }
+
     /// x with A x = b.
-    pub(crate) fn solve(&self, b: &[R]) -> Vec<R> {
+    pub fn solve(&self, b: &[R]) -> Vec<R> {
         let mut x: Vec<R> = self.rows.iter().map(|&row| b[row]).collect();
         for i in 0..self.size {
             for j in 0..i {
@@ -67,7 +72,7 @@ impl<R: Real> Factors<R> {
     }
 
     /// y with A^T y = c.
-    pub(crate) fn solve_transposed(&self, c: &[R]) -> Vec<R> {
+    pub fn solve_transposed(&self, c: &[R]) -> Vec<R> {
         let mut t = c.to_vec();
         for i in 0..self.size {
             for j in 0..i {
@@ -89,7 +94,7 @@ impl<R: Real> Factors<R> {
 }
 
 /// Inner product.
-pub(crate) fn dot<R: Real>(a: &[R], b: &[R]) -> R {
+pub fn dot<R: Real>(a: &[R], b: &[R]) -> R {
     a.iter().zip(b).fold(R::zero(), |sum, (&x, &y)| sum + x * y)
 }
 

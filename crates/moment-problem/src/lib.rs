@@ -42,7 +42,7 @@ mod basis;
 pub mod batch;
 mod bounds;
 mod closed_form;
-mod dense;
+pub mod dense;
 mod distribution;
 mod error;
 mod expression;

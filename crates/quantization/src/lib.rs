@@ -1,0 +1,56 @@
+//! The affine transform, bias and number format in which moments are stored.
+//!
+//! The curve b(z) of a basis fills little of the box that a texel can represent, so that most stored codes are never
+//! used (MSM15 section 4.3). An affine transform theta stretches it; log2 |det theta| is what it gains in bits of
+//! entropy, and filtering commutes with it. This crate
+//! - finds the theta that gains most, for any basis, and proves how much any can gain: [`optimise`], [`bound`];
+//! - keeps the published ones, each once: [`published`];
+//! - stores and restores values as texture hardware does: [`NumberFormat`], [`Encoding`], [`SummedAreaTable`];
+//! - finds the bias that rounding makes necessary: [`bias`], [`MomentMatrix`];
+//! - writes transforms as shader code: [`snippet`].
+//!
+//! ```
+//! use moment_problem::Basis;
+//! use quantization::{DepthInterval, Encoding, NumberFormat, Search, optimise};
+//!
+//! let basis = Basis::power(2);
+//! let optimum = optimise(&basis, DepthInterval::UNIT, &Search::default())?;
+//! assert!((optimum.gain_bits - 2.0).abs() < 1e-9 && optimum.bound_bits < 2.001);
+//! let encoding = Encoding::new(optimum.transform, NumberFormat::Unorm16);
+//! let b = [0.3, 0.1];
+//! let back = encoding.decode(&encoding.encode(&b)?)?;
+//! assert!((back[0] - b[0]).abs() < 1e-5 && (back[1] - b[1]).abs() < 1e-5);
+//! # Ok::<(), quantization::QuantizationError>(())
+//! ```
+
+pub mod bias;
+mod bound;
+mod chebyshev;
+mod encoding;
+mod error;
+mod format;
+mod interval;
+mod moment_matrix;
+mod optimise;
+mod polish;
+pub mod published;
+mod random;
+mod range;
+mod row_program;
+mod search;
+pub mod snippet;
+mod summed_area;
+mod transform;
+mod working_basis;
+
+pub use bound::{LARGEST_BINARY_DETERMINANT, bound};
+pub use encoding::Encoding;
+pub use error::QuantizationError;
+pub use format::NumberFormat;
+pub use interval::DepthInterval;
+pub use moment_matrix::MomentMatrix;
+pub use optimise::{Optimum, Search, Structure, default_starts, gain_bits, optimise, transform_range};
+pub use random::Random;
+pub use range::{Range, range};
+pub use summed_area::{Rectangle, SummedAreaTable};
+pub use transform::AffineTransform;

@@ -1,0 +1,226 @@
+//! The transform that gains most, found by ascents from many random starts.
+
+use crate::bound::bound_of;
+use crate::chebyshev;
+use crate::error::QuantizationError;
+use crate::interval::DepthInterval;
+use crate::polish::{Polished, polish};
+use crate::random::Random;
+use crate::range::ranges;
+use crate::row_program::{Block, Vertex};
+use crate::search::{Ascent, ascend};
+use crate::transform::AffineTransform;
+use crate::working_basis::{Parity, WorkingBasis};
+use moment_problem::Basis;
+use moment_problem::arithmetic::{DoubleDouble, Real};
+use rayon::prelude::*;
+
+/// Which entries of the matrix may differ from zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Structure {
+    /// All.
+    #[default]
+    Dense,
+    /// Rows are even or odd about the middle of the interval: with depths from -1 to 1 half of the entries are zero
+    /// (GDC16).
+    Parity,
+}
+
+/// How a transform is searched for. The result depends on nothing else: not on threads, not on time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Search {
+    /// Structure of the matrix.
+    pub structure: Structure,
+    /// Random starts; without it as many as [`default_starts`] says.
+    pub starts: Option<usize>,
+    /// Seed of the starts.
+    pub seed: u64,
+}
+
+/// The best transform found, and how good any can be.
+#[derive(Clone, Debug)]
+pub struct Optimum {
+    /// The transform, of rows with ascending number of extrema.
+    pub transform: AffineTransform,
+    /// Bits gained, see [`gain_bits`].
+    pub gain_bits: f64,
+    /// Least stored value over the interval, proved.
+    pub range_min: f64,
+    /// Largest stored value over the interval, proved.
+    pub range_max: f64,
+    /// No transform gains more, proved; see [`crate::bound`].
+    pub bound_bits: f64,
+    /// Random starts.
+    pub starts: usize,
+    /// How many of them reached the best gain to a ten-thousandth of a bit: a hint that there is no better one.
+    pub hits: usize,
+}
+
+/// Starts that found the best known transform of power bases several times over with three different seeds; beyond
+/// order 8 as many as a minute allows.
+pub fn default_starts(order: usize) -> usize {
+    match order {
+        0..=4 => 48,
+        5 | 6 => 256,
+        7 | 8 => 1024,
+        _ => 512,
+    }
+}
+
+/// Ends of different ascents that are polished: the grid may misplace neighbours by its own error.
+const POLISHED: usize = 12;
+
+/// Ascents that differ by less end in the same place, or in its mirror image.
+const SAME_BITS: f64 = 1e-6;
+
+/// For [`Optimum::hits`].
+const HIT_BITS: f64 = 1e-4;
+
+/// Bits of entropy that a transform gains: log2 |det theta| (MSM15 Proposition 6), for powers of depth in the units of
+/// depths in \[0, 1\], whatever the interval.
+///
+/// Powers on an interval of length L are powers on \[0, 1\] times a triangular matrix of determinant L^(m(m+1)/2); so
+/// transforms for \[-1, 1\] and for \[0, 1\] can be compared. For other bases it is log2 |det theta| as it stands.
+pub fn gain_bits(basis: &Basis, interval: DepthInterval, log2_determinant: f64) -> f64 {
+    match basis.power_order() {
+        Some(m) => log2_determinant + 0.5 * (m * (m + 1)) as f64 * interval.length().log2(),
+        None => log2_determinant,
+    }
+}
+
+/// Maximises |det theta| subject to theta(b(z)) in \[0, 1\]^m for all z of the interval (MSM15 section 4.3).
+///
+/// # Errors
+/// [`QuantizationError`] for a flat or unusable basis, no starts, or a basis without parity where that is asked for.
+pub fn optimise(
+    basis: &Basis,
+    interval: DepthInterval,
+    search: &Search,
+) -> Result<Optimum, QuantizationError> {
+    let starts = search.starts.unwrap_or_else(|| default_starts(basis.len()));
+    if starts == 0 {
+        return Err(QuantizationError::NoStarts);
+    }
+    let working = WorkingBasis::new(basis, interval)?;
+    let m = working.len();
+    let mut rows = Vec::with_capacity(m);
+    let mut hits = usize::MAX;
+    for (number, (indices, parity)) in blocks(&working, search.structure)?.into_iter().enumerate() {
+        let series = indices.iter().map(|&i| working.series[i].clone()).collect();
+        let low = if parity.is_some() { 0.0 } else { -1.0 };
+        let block = Block::new(series, parity != Some(Parity::Odd), low);
+        let (best, count) = best_of(&block, starts, search.seed, number as u64)?;
+        hits = hits.min(count);
+        rows.extend(best.rows.into_iter().map(|row| {
+            let mut full = vec![0.0; m];
+            indices.iter().zip(row).for_each(|(&i, value)| full[i] = value);
+            full
+        }));
+    }
+    let transform = assemble(&working, rows)?;
+    let (range_min, range_max) = transform_range(basis, interval, &transform);
+    let gain = |log2| gain_bits(basis, interval, log2);
+    Ok(Optimum {
+        gain_bits: gain(transform.log2_determinant()),
+        bound_bits: gain(bound_of(&working)?),
+        range_min,
+        range_max,
+        transform,
+        starts,
+        hits,
+    })
+}
+
+/// Least and largest stored value over an interval of depths, both proved: nothing lies outside.
+///
+/// # Panics
+/// If the transform's order is not the basis'.
+pub fn transform_range(basis: &Basis, interval: DepthInterval, transform: &AffineTransform) -> (f64, f64) {
+    let rows: Vec<Vec<DoubleDouble>> = (0..transform.order())
+        .map(|i| {
+            let row = std::iter::once(&transform.offset()[i]).chain(transform.row(i));
+            row.map(|&c| DoubleDouble::from(c)).collect()
+        })
+        .collect();
+    let ranges = ranges(basis, &rows, interval);
+    ranges.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(min, max), row| {
+        (min.min(row.proved_min), max.max(row.proved_max))
+    })
+}
+
+/// Functions that are optimised together, with their parity.
+fn blocks(
+    working: &WorkingBasis,
+    structure: Structure,
+) -> Result<Vec<(Vec<usize>, Option<Parity>)>, QuantizationError> {
+    if structure == Structure::Dense {
+        return Ok(vec![((0..working.len()).collect(), None)]);
+    }
+    let parities = working.parities()?;
+    let of =
+        |wanted: Parity| -> Vec<usize> { (0..parities.len()).filter(|&i| parities[i] == wanted).collect() };
+    let blocks = [Parity::Odd, Parity::Even].map(|parity| (of(parity), Some(parity)));
+    Ok(blocks.into_iter().filter(|(indices, _)| !indices.is_empty()).collect())
+}
+
+/// The best of all starts, polished, and how many came as far.
+fn best_of(
+    block: &Block,
+    starts: usize,
+    seed: u64,
+    stream: u64,
+) -> Result<(Polished, usize), QuantizationError> {
+    let dependent = QuantizationError::NotInvertible { rows: block.rows, determinant: 0.0 };
+    let Some(vertex) = Vertex::start(block) else { return Err(dependent) };
+    let number = |start: usize| (start as u64) << 1 | stream;
+    let mut ascents: Vec<Ascent> = (0..starts)
+        .into_par_iter()
+        .filter_map(|start| ascend(block, &vertex, &mut Random::new(seed, number(start))))
+        .collect();
+    // Stable: equal gains stay in the order of their starts, whatever the threads did.
+    ascents.sort_by(|a, b| b.bits.total_cmp(&a.bits));
+    let top = ascents.first().map_or(0.0, |ascent| ascent.bits);
+    let hits = ascents.iter().filter(|ascent| ascent.bits > top - HIT_BITS).count();
+    ascents.dedup_by(|b, a| a.bits - b.bits < SAME_BITS);
+    ascents.truncate(POLISHED);
+    let polished: Vec<Polished> =
+        ascents.par_iter().filter_map(|ascent| polish(block, &vertex, ascent)).collect();
+    let best = polished.into_iter().reduce(|best, other| if other.bits > best.bits { other } else { best });
+    best.map(|best| (best, hits)).ok_or(dependent)
+}
+
+/// From rows in working coordinates to a matrix and an offset over b_1, ..., b_m with range \[0, 1\].
+fn assemble(working: &WorkingBasis, rows: Vec<Vec<f64>>) -> Result<AffineTransform, QuantizationError> {
+    let mut ordered: Vec<(usize, Vec<f64>)> = rows.into_iter().map(|row| upright(working, row)).collect();
+    ordered.sort_by(|a, b| a.0.cmp(&b.0).then(b.1[0].total_cmp(&a.1[0])));
+    let mut rows: Vec<Vec<DoubleDouble>> = ordered.iter().map(|(_, row)| working.over_basis(row)).collect();
+    let exact = ranges(&working.basis, &rows, working.interval);
+    for (row, range) in rows.iter_mut().zip(exact) {
+        let width = DoubleDouble::sum(range.proved_max, -range.proved_min);
+        let scaled: Vec<f64> = row.iter().map(|&c| (c / width).to_f64()).collect();
+        let negligible = NEGLIGIBLE * scaled[1..].iter().fold(0.0, |max: f64, c| max.max(c.abs()));
+        for (entry, value) in row.iter_mut().zip(scaled) {
+            *entry = DoubleDouble::from(if value.abs() < negligible { 0.0 } else { value });
+        }
+        row[0] = DoubleDouble::zero();
+    }
+    // Once more, of the very numbers that are stored: what rounding added to the width is shared by both ends.
+    let stored = ranges(&working.basis, &rows, working.interval);
+    let offset = stored.iter().map(|range| 0.5 - 0.5 * (range.proved_min + range.proved_max) + 0.0).collect();
+    let matrix = rows.iter().flat_map(|row| row[1..].iter().map(|c| c.to_f64())).collect();
+    AffineTransform::new(matrix, offset)
+}
+
+/// Entries below this share of a row's largest one are zeros that rounding has blurred.
+const NEGLIGIBLE: f64 = 1e-13;
+
+/// Number of extrema inside the interval, and the row with the sign that starts in the lower half of its range.
+fn upright(working: &WorkingBasis, mut row: Vec<f64>) -> (usize, Vec<f64>) {
+    let series = chebyshev::combination(&working.series, &row);
+    let extrema = chebyshev::sign_changes(&chebyshev::derivative(&series), -1.0, 1.0).len();
+    let (min, max) = chebyshev::extremes(&series, -1.0, 1.0);
+    if chebyshev::evaluate(&series, -1.0) > 0.5 * (min + max) {
+        row.iter_mut().for_each(|value| *value = -*value);
+    }
+    (extrema, row)
+}
