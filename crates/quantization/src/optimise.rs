@@ -148,11 +148,11 @@ pub fn transform_range(basis: &Basis, interval: DepthInterval, transform: &Affin
     })
 }
 
-/// Functions that are optimised together, with their parity.
-fn blocks(
-    working: &WorkingBasis,
-    structure: Structure,
-) -> Result<Vec<(Vec<usize>, Option<Parity>)>, QuantizationError> {
+/// Indices of functions that are optimised together, with their parity.
+type Group = (Vec<usize>, Option<Parity>);
+
+/// The groups of a structure.
+fn blocks(working: &WorkingBasis, structure: Structure) -> Result<Vec<Group>, QuantizationError> {
     if structure == Structure::Dense {
         return Ok(vec![((0..working.len()).collect(), None)]);
     }

@@ -115,8 +115,11 @@ fn merged(block: &Block, support: &[(f64, f64)]) -> Vec<(f64, f64)> {
     merged
 }
 
+/// A row of theta, and its points of contact with their multipliers.
+type Optimum = (Vec<f64>, Vec<(f64, f64)>);
+
 /// Newton's method from a guess; `None` unless it ends in an optimum.
-fn solve(block: &Block, c: &[f64], x: &[f64], support: &[(f64, f64)]) -> Option<(Vec<f64>, Vec<(f64, f64)>)> {
+fn solve(block: &Block, c: &[f64], x: &[f64], support: &[(f64, f64)]) -> Option<Optimum> {
     let (n, r) = (c.len(), support.len());
     let (mut x, mut t): (Vec<f64>, Vec<f64>) = (x.to_vec(), support.iter().map(|s| s.0).collect());
     let mut l: Vec<f64> = support.iter().map(|s| s.1).collect();

@@ -211,6 +211,14 @@ fn merge(
     Ok(())
 }
 
+/// A record before it is ranked: difference to the control, half its interval, number of the subset.
+struct Row {
+    value: f64,
+    deviation: f64,
+    number: u32,
+    record: SearchRecord,
+}
+
 /// Rows of one order, the least error first.
 fn ranked(
     sweep: &Sweep<'_>,
@@ -221,7 +229,7 @@ fn ranked(
     let subsets = &sweep.subsets[order];
     let blocks = sweep.workload.blocks.len();
     let control = control_error(sweep, order).value;
-    let mut rows: Vec<(f64, f64, u32, SearchRecord)> = Vec::new();
+    let mut rows: Vec<Row> = Vec::new();
     for number in 0..subsets.len() as u32 {
         let members = sweep.members(order, number);
         let basis: Vec<&BasisFunction> = members.iter().map(|&member| &functions[member]).collect();
@@ -264,17 +272,17 @@ fn ranked(
         if uncertified > 0 {
             record.error = format!("{uncertified} programs without a certificate");
         }
-        rows.push((value, deviation, number, record));
+        rows.push(Row { value, deviation, number, record });
     }
-    rows.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
-    let sorted = |of: &dyn Fn(&(f64, f64, u32, SearchRecord)) -> f64| {
+    rows.sort_by(|a, b| a.value.total_cmp(&b.value).then(a.number.cmp(&b.number)));
+    let sorted = |of: &dyn Fn(&Row) -> f64| {
         let mut values: Vec<f64> = rows.iter().map(of).collect();
         values.sort_by(f64::total_cmp);
         values
     };
-    let (lows, highs) = (sorted(&|row| row.0 - row.1), sorted(&|row| row.0 + row.1));
+    let (lows, highs) = (sorted(&|row| row.value - row.deviation), sorted(&|row| row.value + row.deviation));
     let mut records = Vec::with_capacity(rows.len());
-    for (place, (value, deviation, _, mut record)) in rows.into_iter().enumerate() {
+    for (place, Row { value, deviation, mut record, .. }) in rows.into_iter().enumerate() {
         record.rank = place + 1;
         record.rank_low = highs.partition_point(|&high| high < value - deviation) + 1;
         record.rank_high = lows.partition_point(|&low| low <= value + deviation);

@@ -222,7 +222,7 @@ mod avx2 {
                 let least = _mm256_broadcastsd_pd(one);
                 let low = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(self.0, least));
                 let high = _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_EQ_OQ>(self.1, least));
-                let lane = (low | (high << LANES / 2)).trailing_zeros() as usize;
+                let lane = (low | (high << (LANES / 2))).trailing_zeros() as usize;
                 (_mm_cvtsd_f64(one), lane.min(LANES - 1))
             }
         }

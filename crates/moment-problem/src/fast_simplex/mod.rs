@@ -11,6 +11,10 @@
 //! tolerance is decided by the simplex method of [`ExchangeSimplex`](crate::ExchangeSimplex) in double-double on the
 //! same support, and is counted.
 
+// Loops run over several small arrays by one index, and closures of iterator chains are not always compiled for the
+// vector width of the function that they are in.
+#![allow(clippy::needless_range_loop)]
+
 mod engine;
 mod exact;
 mod lanes;

@@ -62,8 +62,8 @@ impl FiniteProgram {
             }
         }
         let mut columns = Vec::with_capacity(rank + real.len());
-        for row in 0..rank {
-            let sign = if perturbed[row] < DoubleDouble::zero() { -1.0 } else { 1.0 };
+        for (row, &value) in perturbed.iter().enumerate() {
+            let sign = if value < DoubleDouble::zero() { -1.0 } else { 1.0 };
             let entries = (0..rank).map(|i| DoubleDouble::from(if i == row { sign } else { 0.0 })).collect();
             columns.push(Column { z: f64::NAN, entries, cost: ARTIFICIAL_COSTS[0] });
         }
