@@ -102,8 +102,10 @@ fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references:
         area_line(area, (x, top), (x, y), colour)?;
         let text = format!("{} {:.2} %", reference.name, 100.0 * reference.error);
         let (origin_x, origin_y) = area.get_base_pixel();
-        let at = (x - origin_x + 4 * FINE as i32, y - origin_y);
-        area.draw(&Text::new(text, at, anchored(12, HPos::Left, VPos::Center).color(colour)))?;
+        // Names near the right edge stand on the left of their line.
+        let (side, gap) = if reference.error < 0.8 * end { (HPos::Left, 4) } else { (HPos::Right, -4) };
+        let at = (x - origin_x + gap * FINE as i32, y - origin_y);
+        area.draw(&Text::new(text, at, anchored(12, side, VPos::Center).color(colour)))?;
     }
     Ok(())
 }

@@ -41,7 +41,7 @@ pub(super) struct Engine<'a, V: Lanes, const R: usize, const K: usize> {
     /// The columns of one distribution, in groups of lanes.
     pub(super) own: Vec<[[f64; LANES]; R]>,
     pub(super) pivots: u64,
-    /// The columns where the primal method ended last.
+    /// The columns where the primal method ended for the present fragment.
     pub(super) last: [u16; R],
 }
 
@@ -97,6 +97,7 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
         tolerance: f64,
         vertices: &mut Vec<FastVertex>,
     ) -> Option<FastBound> {
+        self.last = [ARTIFICIAL; R];
         let mut b = [0.0; R];
         b.copy_from_slice(&job.moments[..R]);
         let enough = if job.early { job.mass_before - 0.5 * tolerance } else { f64::INFINITY };

@@ -97,8 +97,8 @@ fn bound(
     let rank = columns.rank();
     let (target, real) = program(columns, kernel, fragment.step);
     let mut program = FiniteProgram::new(&target, real);
-    // A hint that is no feasible basis is worth nothing; the program then starts from artificial columns.
-    program.start_at(&hint[..rank]);
+    // Without a hint that leads to a feasible basis the program starts from artificial columns.
+    let _ = hint.chunks_exact(rank).any(|columns| program.start_at(columns));
     let (dual, value) = program.optimum_without_artificial()?;
     let excess = |column: &Column| (dot(&dual, &column.entries) - DoubleDouble::from(column.cost)).to_f64();
     let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();

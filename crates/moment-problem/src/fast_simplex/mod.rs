@@ -203,8 +203,8 @@ impl<'a> FastSimplex<'a> {
     }
 }
 
-/// For each uncertified fragment the columns of a basis near the optimum.
-type Hints = Vec<[u16; MAX_ROWS]>;
+/// For each uncertified fragment the columns of bases near the optimum, one after the other.
+type Hints = Vec<Vec<u16>>;
 
 /// What is to be solved.
 struct Task<'a> {
@@ -273,9 +273,10 @@ fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> (FastSolu
         let bound = engine.bound(&job, task.tolerance, &mut solution.vertices);
         if bound.is_none() {
             solution.uncertified.push(index);
-            let mut hint = [0; MAX_ROWS];
-            hint[..R].copy_from_slice(&engine.last);
-            hints.push(hint);
+            let mut places = Vec::new();
+            places.extend_from_slice(&engine.last);
+            guesses.iter().for_each(|guess| places.extend_from_slice(guess));
+            hints.push(places);
         }
         solution.bounds.push(bound.unwrap_or_default());
     }

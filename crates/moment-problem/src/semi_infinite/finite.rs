@@ -73,16 +73,18 @@ impl FiniteProgram {
 
     /// Starts from given columns instead, by their numbers without the artificial ones, if they are a feasible
     /// basis or next to one.
-    pub(crate) fn start_at(&mut self, columns: &[u16]) {
+    pub(crate) fn start_at(&mut self, columns: &[u16]) -> bool {
         let real = self.columns.len() - self.rank;
         if columns.len() != self.rank || columns.iter().any(|&j| usize::from(j) >= real) {
-            return;
+            return false;
         }
         let artificial = std::mem::take(&mut self.basic);
         self.basic = columns.iter().map(|&j| self.rank + usize::from(j)).collect();
-        if !self.repair().unwrap_or(false) {
+        let is_feasible = self.repair().unwrap_or(false);
+        if !is_feasible {
             self.basic = artificial;
         }
+        is_feasible
     }
 
     /// Dual simplex method towards a basis without negative weights; true if it gets there.
