@@ -169,7 +169,8 @@ mod tests {
         assert!(parabola.proved_min <= 0.0 && parabola.proved_min > -1e-13, "{parabola:?}");
         assert!(parabola.proved_max >= 25.0 / 64.0 && parabola.proved_max < 25.0 / 64.0 + 1e-13);
         let sine = of("sin(4pi z)", &[0.5, 2.0], DepthInterval::UNIT);
-        assert!((sine.min + 1.5).abs() < 1e-14 && (sine.max - 2.5).abs() < 1e-14, "{sine:?}");
+        // What is seen may fall short of the extremum by SETTLED.
+        assert!((sine.min + 1.5).abs() < 3.0 * SETTLED && (sine.max - 2.5).abs() < 3.0 * SETTLED, "{sine:?}");
         assert!(sine.proved_max - sine.max < 1e-13);
         // T_8, whose coefficients cancel.
         let chebyshev = [1.0, 0.0, -32.0, 0.0, 160.0, 0.0, -256.0, 0.0, 128.0];
