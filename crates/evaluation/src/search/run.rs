@@ -147,8 +147,10 @@ impl SearchExperiment {
     /// Measures some candidates and says what all will cost.
     pub(crate) fn predict(&self, threads: usize) -> Result<Prediction, EvaluationError> {
         const MEASURED: usize = 24;
-        let (workload, functions) = self.prepare()?;
-        let sweep = Sweep::new(self, &workload, functions.len())?;
+        // The first block says all that is needed, and the later ones can be large.
+        let first = Self { blocks: 1, ..self.clone() };
+        let (workload, functions) = first.prepare()?;
+        let sweep = Sweep::new(&first, &workload, functions.len())?;
         let (mut candidates, mut measured, mut seconds) = (0, 0, 0.0);
         for (order, subsets) in sweep.subsets.iter().enumerate() {
             candidates += subsets.len() as u64;
@@ -159,10 +161,10 @@ impl SearchExperiment {
             }
             seconds += clock.elapsed().as_secs_f64();
         }
-        let distinct = |block: usize| workload.blocks[block].fragments.len() as u64;
+        let distinct = |block: usize| (workload.blocks[0].fragments.len() as u64) << block.saturating_sub(1);
         let programs = candidates * distinct(0);
         let best = (self.best * self.orders.len()) as u64;
-        let later = (1..workload.blocks.len())
+        let later = (1..self.blocks)
             .map(|block| distinct(block) * (candidates / 50u64.pow(block as u32)).max(best.min(candidates)))
             .sum::<u64>();
         let programs_per_second = measured as f64 / seconds.max(1e-9);
