@@ -4,6 +4,7 @@ use crate::bounds::BoundsExperiment;
 use crate::error::EvaluationError;
 use crate::filterable::FilterableExperiment;
 use crate::lines;
+use crate::quantization::QuantizationExperiment;
 use crate::search::SearchExperiment;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -58,6 +59,8 @@ pub enum Kind {
     Bounds(BoundsExperiment),
     /// Filterable shadow maps against percentage-closer filtering on scenes.
     Filterable(FilterableExperiment),
+    /// Transforms, number formats and biases of stored moments.
+    Quantization(QuantizationExperiment),
     /// All bases of a family, ranked by their error on scenes.
     Search(SearchExperiment),
 }
@@ -76,12 +79,20 @@ impl Kind {
                 experiment.check().map_err(|error| error.to_string())?;
                 Ok(Self::Filterable(experiment))
             }
+            Some("quantization") => {
+                let experiment: QuantizationExperiment =
+                    table.try_into().map_err(|error| one_line(&error))?;
+                experiment.check().map_err(|error| error.to_string())?;
+                Ok(Self::Quantization(experiment))
+            }
             Some("search") => {
                 let experiment: SearchExperiment = table.try_into().map_err(|error| one_line(&error))?;
                 experiment.check().map_err(|error| error.to_string())?;
                 Ok(Self::Search(experiment))
             }
-            _ => Err(format!("kind = {kind} is unknown (known: \"bounds\", \"filterable\", \"search\")")),
+            _ => Err(format!(
+                "kind = {kind} is unknown (known: \"bounds\", \"filterable\", \"quantization\", \"search\")"
+            )),
         }
     }
 }
@@ -144,6 +155,11 @@ impl Experiment {
                 experiment.with_scenes(scenes);
                 ("filterable", Table::try_from(&*experiment).map_err(fail)?)
             }
+            Kind::Quantization(experiment) => {
+                experiment.scenes = scenes.to_vec();
+                experiment.views.clear();
+                ("quantization", Table::try_from(&*experiment).map_err(fail)?)
+            }
             Kind::Search(experiment) => {
                 experiment.scenes = scenes.to_vec();
                 experiment.views.clear();
@@ -165,6 +181,7 @@ impl Experiment {
         match &self.kind {
             Kind::Bounds(_) => &[],
             Kind::Filterable(experiment) => &experiment.scenes,
+            Kind::Quantization(experiment) => &experiment.scenes,
             Kind::Search(experiment) => &experiment.scenes,
         }
     }

@@ -12,6 +12,7 @@ mod kernel;
 mod lines;
 mod method;
 mod provenance;
+mod quantization;
 mod run;
 mod run_directory;
 mod search;
@@ -28,6 +29,11 @@ pub use filterable::{
 pub use kernel::{Kernel, Region, Surface, uniform_distribution};
 pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
+pub use quantization::{
+    Alphas, BiasRecord, BiasTarget, BoundName, CodeRecord, ComparisonRecord, GainRecord, GainSample,
+    GainSetting, HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, RangeName,
+    StoreSetting, StructureName,
+};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use search::{

@@ -5,6 +5,7 @@
 use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Scale};
 use crate::filterable::FilterableExperiment;
+use crate::quantization::QuantizationExperiment;
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use std::ops::Range;
@@ -14,14 +15,23 @@ use toml::de::{DeTable, DeValue};
 /// The 1-based line of the mistake that reading the file at a scale reports.
 pub(crate) fn of_mistake(source: &str, scale: Scale) -> Option<usize> {
     let (kind, table) = merged(source, scale)?;
-    if kind != "filterable" {
-        return None;
+    match kind.as_str() {
+        "filterable" => mistake::<FilterableExperiment>(source, &table, FilterableExperiment::check),
+        "quantization" => mistake::<QuantizationExperiment>(source, &table, QuantizationExperiment::check),
+        _ => None,
     }
+}
+
+fn mistake<'a, T: Deserialize<'a>>(
+    source: &str,
+    table: &DeTable<'a>,
+    check: impl Fn(&T) -> Result<(), EvaluationError>,
+) -> Option<usize> {
     let whole = 0..source.len();
-    match FilterableExperiment::deserialize(Spanned::new(whole, table.clone()).into_deserializer()) {
+    match T::deserialize(Spanned::new(whole, table.clone()).into_deserializer()) {
         Err(error) => error.span().map(|span| line(source, &span)),
-        Ok(experiment) => match experiment.check() {
-            Err(EvaluationError::Key { key, .. }) => find(&table, &key).map(|span| line(source, &span)),
+        Ok(experiment) => match check(&experiment) {
+            Err(EvaluationError::Key { key, .. }) => find(table, &key).map(|span| line(source, &span)),
             _ => None,
         },
     }

@@ -81,6 +81,9 @@ impl Experiment {
             Kind::Filterable(experiment) => {
                 (pool.install(|| experiment.run(options.progress)), experiment.seed)
             }
+            Kind::Quantization(experiment) => {
+                (pool.install(|| experiment.run(options.progress)), experiment.seed)
+            }
             Kind::Search(experiment) => {
                 let context = SearchContext {
                     directory: directory.path(),

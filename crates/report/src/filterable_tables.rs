@@ -20,12 +20,12 @@ pub(crate) fn markdown(experiment: &FilterableExperiment, tables: &Tables) -> St
     parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
-fn percent(value: f64) -> String {
+pub(crate) fn percent(value: f64) -> String {
     format!("{:.2}", 100.0 * value)
 }
 
 /// Header, alignment (all but the first column to the right) and rows.
-fn table(heading: &str, header: &[String], rows: &[Vec<String>]) -> String {
+pub(crate) fn table(heading: &str, header: &[String], rows: &[Vec<String>]) -> String {
     let mut text =
         format!("## {heading}\n\n| {} |\n|---|{}\n", header.join(" | "), "--:|".repeat(header.len() - 1));
     for row in rows {

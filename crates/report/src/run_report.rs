@@ -3,11 +3,15 @@
 use crate::bounds_figures;
 use crate::bounds_summary::{Row, Tables, answer};
 use crate::error::ReportError;
+use crate::quantization_summary::QuantizationTables;
 use crate::search_summary::SearchTables;
-use crate::{filterable_figures, filterable_summary, filterable_tables, search_figures, search_tables};
+use crate::{
+    filterable_figures, filterable_summary, filterable_tables, quantization_figures, quantization_tables,
+    search_figures, search_tables,
+};
 use evaluation::{
-    BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Kind, Provenance, RecordedFile,
-    RunDirectory, Scale, SearchExperiment,
+    BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Kind, Provenance,
+    QuantizationExperiment, RecordedFile, RunDirectory, Scale, SearchExperiment,
 };
 use std::fmt::Write as _;
 
@@ -17,6 +21,7 @@ pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
     match &experiment.kind {
         Kind::Bounds(bounds) => bounds_files(run, bounds),
         Kind::Filterable(filterable) => filterable_files(run, filterable),
+        Kind::Quantization(quantization) => quantization_files(run, quantization),
         Kind::Search(search) => search_files(run, search),
     }
 }
@@ -42,6 +47,27 @@ fn filterable_files(
         .collect();
     files.push(page);
     Ok(files)
+}
+
+fn quantization_files(
+    run: &RunDirectory,
+    experiment: &QuantizationExperiment,
+) -> Result<Vec<RecordedFile>, ReportError> {
+    let tables = QuantizationTables::read(run)?;
+    let figures = quantization_figures::draw(&tables)?;
+    let page = Page {
+        question: &experiment.question,
+        expectation: &experiment.expectation,
+        answer: tables.answer(),
+        table: quantization_tables::markdown(&tables),
+        figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
+        provenance: run.provenance()?,
+    };
+    let page = RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() };
+    let drawn = figures
+        .into_iter()
+        .map(|figure| RecordedFile { name: format!("{}.svg", figure.id), bytes: figure.svg.into_bytes() });
+    Ok(drawn.chain([page]).collect())
 }
 
 fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec<RecordedFile>, ReportError> {

@@ -1,6 +1,7 @@
 //! What can be wrong with a filter, a map or a technique's parameters.
 
 use moment_problem::{BasisError, MomentError};
+use quantization::QuantizationError;
 use thiserror::Error;
 
 /// Why something could not be filtered or shaded.
@@ -43,6 +44,9 @@ pub enum FilteringError {
     /// The basis of a technique is at fault.
     #[error(transparent)]
     Basis(#[from] BasisError),
+    /// The storage of moments is at fault.
+    #[error(transparent)]
+    Quantization(#[from] QuantizationError),
     /// The bound could not be computed.
     #[error(transparent)]
     Moments(#[from] MomentError),

@@ -7,7 +7,7 @@ use super::records::{AgreementRecord, FilterableRecord, ViewRecord};
 use super::settings::{FilterableExperiment, FilterableTechnique};
 use super::statistics::{Group, Outcome, TOLERANCE, record};
 use super::timing;
-use super::view::{CLASSES, Sample, Source, View};
+use super::view::{CLASSES, LoadedScene, Sample, View};
 use crate::error::EvaluationError;
 use crate::run::{Progress, Recorded};
 use crate::run_directory::RecordedFile;
@@ -206,30 +206,16 @@ impl FilterableExperiment {
         let plan = self.plan()?;
         let mut tables = Tables::default();
         tables.evaluated.resize_with(self.technique.len(), Vec::new);
-        let mut scenes = Vec::new();
-        for (index, label) in self.scenes.iter().enumerate() {
-            let (scene, mut lights) = Source::load(label).map_err(|reason| EvaluationError::Key {
-                key: format!("scenes[{index}]"),
-                reason: format!("scene `{label}`: {reason}"),
-            })?;
-            let known: Vec<String> = lights.iter().map(|light| light.name.clone()).collect();
-            lights.retain(|light| self.views.is_empty() || self.views.contains(&light.name));
-            if lights.is_empty() {
-                let reason =
-                    format!("views = {:?} match none of {} of `{label}`", self.views, known.join(", "));
-                return Err(EvaluationError::Key { key: "views".to_owned(), reason });
-            }
-            scenes.push((label, scene, lights));
-        }
+        let scenes = LoadedScene::load_all(&self.scenes, &self.views)?;
         for picture in self.picture.iter().enumerate() {
             picture::check(picture, &scenes)?;
         }
-        let total = scenes.iter().map(|(_, _, lights)| lights.len()).sum::<usize>() * self.technique.len();
+        let total = scenes.iter().map(|scene| scene.lights.len()).sum::<usize>() * self.technique.len();
         let done = AtomicUsize::new(0);
         let mut number = 0;
-        for (label, scene, lights) in &scenes {
-            for light in lights {
-                let view = View::prepare(self, &plan.kernel, (scene, label), light, number)?;
+        for scene in &scenes {
+            for light in &scene.lights {
+                let view = View::prepare(self, &plan.kernel, scene, light, number)?;
                 number += 1;
                 let truth = Truth::new(&plan, &view);
                 for technique in 0..self.technique.len() {

@@ -5,12 +5,12 @@
 //! nothing covers have depth 1, as in a shadow map cleared to the far plane.
 
 mod agreement;
-mod evaluate;
+pub(crate) mod evaluate;
 mod maps;
 mod picture;
 pub(crate) mod records;
 pub(crate) mod settings;
-mod statistics;
+pub(crate) mod statistics;
 mod timing;
 pub(crate) mod view;
 

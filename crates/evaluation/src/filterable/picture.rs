@@ -3,9 +3,8 @@
 use super::evaluate::Plan;
 use super::records::{CurveRecord, PictureRecord, rounded};
 use super::settings::Picture;
-use super::view::{Source, View};
+use super::view::{LoadedScene, View};
 use crate::error::EvaluationError;
-use shadow_renderer::LightView;
 
 /// Fragment depths from 0 to 1.
 const DEPTHS: usize = 241;
@@ -19,11 +18,11 @@ pub(crate) struct Tables {
 /// Rejects pictures of scenes or views that are not evaluated; an empty view means the first.
 pub(crate) fn check(
     (index, picture): (usize, &Picture),
-    scenes: &[(&String, Source, Vec<LightView>)],
+    scenes: &[LoadedScene<'_>],
 ) -> Result<(), EvaluationError> {
-    let fits = |(label, _, lights): &(&String, Source, Vec<LightView>)| {
-        **label == picture.scene
-            && (picture.view.is_empty() || lights.iter().any(|light| light.name == picture.view))
+    let fits = |scene: &LoadedScene<'_>| {
+        scene.label == picture.scene
+            && (picture.view.is_empty() || scene.lights.iter().any(|light| light.name == picture.view))
     };
     if scenes.iter().any(fits) {
         return Ok(());

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, FilteringError, KernelSpec, Reference, SurfaceCounter, TechniqueSpec};
 
 /// Largest accepted side of a shadow map.
-const MAX_SIZE: u32 = 8192;
+pub(crate) const MAX_SIZE: u32 = 8192;
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -272,7 +272,7 @@ impl FilterableTechnique {
 }
 
 /// The error with its key below `place`, the empty one being the top of the file.
-fn in_key(place: &str) -> impl Fn(FilteringError) -> EvaluationError {
+pub(crate) fn in_key(place: &str) -> impl Fn(FilteringError) -> EvaluationError {
     move |error| {
         let inner = match &error {
             FilteringError::Parameter { key, .. } => key,

@@ -70,7 +70,7 @@ pub(crate) fn record(group: &Group<'_>, outcomes: &[&[Outcome]], error: &str) ->
 }
 
 /// Least value that at least `share` of the sorted values do not exceed.
-fn percentile(sorted: &[f64], share: f64) -> f64 {
+pub(crate) fn percentile(sorted: &[f64], share: f64) -> f64 {
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted.get(rank.saturating_sub(1)).copied().unwrap_or_default()
 }

@@ -42,9 +42,77 @@ pub(crate) enum Source {
     Stack(ShadowMapStack),
 }
 
+/// A scene with its label and the views that are wanted.
+pub(crate) struct LoadedScene<'a> {
+    pub(crate) label: &'a str,
+    pub(crate) source: Source,
+    pub(crate) lights: Vec<LightView>,
+}
+
+/// A light view's stack with what every experiment makes of it.
+pub(crate) struct Lit<'a> {
+    pub(crate) stack: Cow<'a, ShadowMapStack>,
+    pub(crate) map: DepthMap,
+    pub(crate) texel_depth: f64,
+    /// All fragments: light-facing entries whose kernel lies inside the map. Never empty.
+    pub(crate) receivers: Vec<Receiver>,
+}
+
+impl LoadedScene<'_> {
+    /// Reads all scenes. Without names of views, all views of a scene are wanted.
+    pub(crate) fn load_all<'a>(
+        labels: &'a [String],
+        views: &[String],
+    ) -> Result<Vec<LoadedScene<'a>>, EvaluationError> {
+        let load = |(index, label): (usize, &'a String)| {
+            let (source, mut lights) = Source::load(label).map_err(|reason| EvaluationError::Key {
+                key: format!("scenes[{index}]"),
+                reason: format!("scene `{label}`: {reason}"),
+            })?;
+            let known: Vec<String> = lights.iter().map(|light| light.name.clone()).collect();
+            lights.retain(|light| views.is_empty() || views.contains(&light.name));
+            if lights.is_empty() {
+                let reason = format!("views = {views:?} match none of {} of `{label}`", known.join(", "));
+                return Err(EvaluationError::Key { key: "views".to_owned(), reason });
+            }
+            Ok(LoadedScene { label, source, lights })
+        };
+        labels.iter().enumerate().map(load).collect()
+    }
+
+    /// Renders one of its views.
+    pub(crate) fn lit(
+        &self,
+        light: &LightView,
+        size: u32,
+        kernel: &Kernel,
+    ) -> Result<Lit<'_>, EvaluationError> {
+        let fail = |reason: String| {
+            EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
+        };
+        let (stack, texel_depth) = self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
+        let (width, height) = (stack.width as usize, stack.height as usize);
+        let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
+        let map = DepthMap::new(width, height, depths).map_err(|error| fail(error.to_string()))?;
+        let receivers = fragments(&stack, kernel);
+        if receivers.is_empty() {
+            let reason = format!(
+                "scene `{}`, view `{}`: no light-facing fragment has its {3}x{3} kernel inside a map of \
+                 {2}x{height} texels",
+                self.label,
+                light.name,
+                width,
+                kernel.size()
+            );
+            return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
+        }
+        Ok(Lit { stack, map, texel_depth, receivers })
+    }
+}
+
 impl Source {
     /// Reads a procedural scene, a scene file or a stack, with its views.
-    pub(crate) fn load(label: &str) -> Result<(Self, Vec<LightView>), String> {
+    fn load(label: &str) -> Result<(Self, Vec<LightView>), String> {
         let path = Path::new(label);
         if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz")) {
             let stack = ShadowMapStack::load(path).map_err(|error| error.to_string())?;
@@ -58,11 +126,7 @@ impl Source {
     }
 
     /// The stack of a view, with the view's texel depth.
-    pub(crate) fn stack(
-        &self,
-        light: &LightView,
-        size: u32,
-    ) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
+    fn stack(&self, light: &LightView, size: u32) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
         match self {
             Self::Scene(scene) => {
                 let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;
@@ -87,31 +151,14 @@ impl View {
     pub(crate) fn prepare(
         experiment: &FilterableExperiment,
         kernel: &Kernel,
-        (scene, label): (&Source, &str),
+        scene: &LoadedScene<'_>,
         light: &LightView,
         number: usize,
     ) -> Result<Self, EvaluationError> {
-        let fail = |reason: String| {
-            EvaluationError::Value(format!("scene `{label}`, view `{}`: {reason}", light.name))
-        };
-        let (stack, texel_depth) =
-            scene.stack(light, experiment.size).map_err(|error| fail(error.to_string()))?;
+        let Lit { stack, map, texel_depth, receivers } = scene.lit(light, experiment.size, kernel)?;
         let stack = stack.as_ref();
-        let (width, height) = (stack.width as usize, stack.height as usize);
-        let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
-        let map = DepthMap::new(width, height, depths).map_err(|e| fail(e.to_string()))?;
-        let receivers = fragments(stack, kernel);
-        if receivers.is_empty() {
-            let reason = format!(
-                "scene `{label}`, view `{}`: no light-facing fragment has its {1}x{1} kernel inside a map of \
-                 {width}x{height} texels",
-                light.name,
-                kernel.size()
-            );
-            return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
-        }
         let mut view = Self {
-            scene: label.to_owned(),
+            scene: scene.label.to_owned(),
             name: light.name.clone(),
             map,
             texel_depth,
@@ -122,7 +169,7 @@ impl View {
         };
         let chosen = chosen(view.receivers.len(), experiment.fragments, experiment.seed, number);
         let counter = SurfaceCounter::new(experiment.surface_gap, experiment.plane_limit)
-            .map_err(|error| fail(error.to_string()))?;
+            .map_err(|error| EvaluationError::Value(error.to_string()))?;
         let slopes = slopes(stack);
         view.samples = chosen
             .into_par_iter()
@@ -160,12 +207,12 @@ impl View {
 }
 
 /// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own.
-pub(crate) fn texel_depth(frame: &LightFrame) -> f64 {
+fn texel_depth(frame: &LightFrame) -> f64 {
     let [x, y] = frame.texels_per_unit;
     1.0 / ((x * y).sqrt() * frame.depth_range)
 }
 
-pub(crate) fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {
+fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {
     let (width, height) = (stack.width as usize, stack.height as usize);
     let mut receivers = Vec::new();
     for y in 0..height {

@@ -3,7 +3,7 @@
 use super::settings::{SearchExperiment, SearchReference};
 use super::statistics::Moments;
 use crate::error::EvaluationError;
-use crate::filterable::view::{Source, chosen, fragments};
+use crate::filterable::view::{Lit, LoadedScene, chosen};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
@@ -142,15 +142,9 @@ impl Workload {
             moved: Vec::new(),
             difference: Vec::new(),
         }));
-        for label in &experiment.scenes {
-            let (scene, mut lights) =
-                Source::load(label).map_err(|reason| value(format!("scene `{label}`: {reason}")))?;
-            lights.retain(|light| experiment.views.is_empty() || experiment.views.contains(&light.name));
-            if lights.is_empty() {
-                return Err(value(format!("scene `{label}` has none of the views {:?}", experiment.views)));
-            }
-            for light in &lights {
-                builder.view((&scene, label), light)?;
+        for scene in &LoadedScene::load_all(&experiment.scenes, &experiment.views)? {
+            for light in &scene.lights {
+                builder.view(scene, light)?;
             }
         }
         Ok(Self {
@@ -206,22 +200,12 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    fn view(&mut self, (scene, label): (&Source, &str), light: &LightView) -> Result<(), EvaluationError> {
+    fn view(&mut self, scene: &LoadedScene<'_>, light: &LightView) -> Result<(), EvaluationError> {
         let fail = |reason: String| {
-            EvaluationError::Value(format!("scene `{label}`, view `{}`: {reason}", light.name))
+            EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", scene.label, light.name))
         };
-        let (stack, unit) =
-            scene.stack(light, self.experiment.size).map_err(|error| fail(error.to_string()))?;
-        let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
-        let map = DepthMap::new(stack.width as usize, stack.height as usize, depths)
-            .map_err(|error| fail(error.to_string()))?;
-        let receivers = fragments(&stack, &self.kernel);
-        drop(stack);
-        if receivers.is_empty() {
-            let side = self.kernel.size();
-            let reason = format!("no light-facing fragment has its {side}x{side} kernel inside the map");
-            return Err(fail(reason));
-        }
+        let Lit { map, receivers, texel_depth: unit, .. } =
+            scene.lit(light, self.experiment.size, &self.kernel)?;
         let number = self.views.len();
         let view = u16::try_from(number).map_err(|_| fail("more than 65536 views".to_owned()))?;
         let wanted = self.experiment.sampled();
@@ -253,7 +237,7 @@ impl Builder<'_> {
             }
         }
         self.views.push(WorkloadView {
-            scene: label.to_owned(),
+            scene: scene.label.to_owned(),
             view: light.name.clone(),
             fragments: receivers.len(),
             sampled: chosen.len(),

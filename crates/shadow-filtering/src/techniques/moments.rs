@@ -12,6 +12,7 @@ use super::two_surfaces;
 use crate::error::FilteringError;
 use crate::spec::MomentOptions;
 use crate::technique::{Technique, unit};
+use moment_problem::Basis;
 use moment_problem::hamburger::{Pair, hamburger, hamburger4};
 use moment_problem::hausdorff::hausdorff4;
 use moment_problem::trigonometric::trigonometric4;
@@ -19,6 +20,8 @@ use moment_problem::trigonometric::trigonometric4;
 /// Which moments and which prior knowledge of depth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MomentBound {
+    /// Mean and second moment on the line: Cantelli's inequality, as for variance shadow maps.
+    Hamburger2,
     /// Four power moments on the line.
     Hamburger4,
     /// Six.
@@ -35,6 +38,7 @@ impl MomentBound {
     /// Number of moments.
     pub fn order(self) -> usize {
         match self {
+            Self::Hamburger2 => 2,
             Self::Hamburger4 | Self::Hausdorff4 | Self::Trigonometric4 => 4,
             Self::Hamburger6 => 6,
             Self::Hamburger8 => 8,
@@ -44,6 +48,7 @@ impl MomentBound {
     /// Name in tables.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Hamburger2 => "Hamburger 2",
             Self::Hamburger4 => "Hamburger 4",
             Self::Hamburger6 => "Hamburger 6",
             Self::Hamburger8 => "Hamburger 8",
@@ -57,22 +62,50 @@ impl MomentBound {
     /// both far below what matters.
     pub fn double_precision_bias(self) -> f64 {
         match self {
-            Self::Hamburger4 | Self::Hausdorff4 | Self::Trigonometric4 => 1e-9,
-            Self::Hamburger6 => 1e-9,
+            Self::Hamburger2 | Self::Hamburger4 | Self::Hamburger6 => 1e-9,
+            Self::Hausdorff4 | Self::Trigonometric4 => 1e-9,
             Self::Hamburger8 => 1e-8,
+        }
+    }
+
+    /// The basis whose moments are bounded.
+    pub fn basis(self) -> Basis {
+        match self {
+            Self::Trigonometric4 => Basis::trigonometric(2),
+            _ => Basis::power(self.order()),
+        }
+    }
+
+    /// The bound of the first [`MomentBound::order`] moments at a depth in the moments' own variable: any affine map
+    /// of depth for the Hamburger bounds, depth in \[0, 1\] for the others.
+    ///
+    /// # Panics
+    /// For fewer moments.
+    pub fn bounds(self, moments: &[f64], z_f: f64) -> Pair<f64> {
+        match self {
+            Self::Hamburger2 => hamburger(&leading::<2>(moments), z_f),
+            Self::Hamburger4 => hamburger4(&leading(moments), z_f),
+            Self::Hamburger6 => hamburger(&leading::<6>(moments), z_f),
+            Self::Hamburger8 => hamburger(&leading::<8>(moments), z_f),
+            Self::Hausdorff4 => hausdorff4(&leading(moments), z_f),
+            Self::Trigonometric4 => trigonometric4(&leading(moments), z_f),
         }
     }
 
     /// b*, the first [`MomentBound::order`] entries.
     fn centre(self) -> [f64; 8] {
         match self {
-            Self::Hamburger4 | Self::Hamburger6 | Self::Hamburger8 => {
+            Self::Hamburger2 | Self::Hamburger4 | Self::Hamburger6 | Self::Hamburger8 => {
                 [0.0, 0.5, 0.0, 0.375, 0.0, 0.3125, 0.0, 0.2734375]
             }
             Self::Hausdorff4 => [0.5, 0.375, 0.3125, 0.2734375, 0.0, 0.0, 0.0, 0.0],
             Self::Trigonometric4 => [0.0; 8],
         }
     }
+}
+
+fn leading<const M: usize>(moments: &[f64]) -> [f64; M] {
+    std::array::from_fn(|k| moments[k])
 }
 
 /// A moment shadow map.
@@ -108,30 +141,33 @@ impl Moments {
 
     /// The bound with both ends.
     pub fn bounds(&self, filtered: &[f64], z_f: f64) -> Pair<f64> {
-        let z_f = unit(z_f);
-        let s = 2.0 * z_f - 1.0;
-        match self.bound {
-            MomentBound::Hamburger4 => hamburger4(&self.array(filtered), s),
-            MomentBound::Hamburger6 => hamburger(&self.array::<6>(filtered), s),
-            MomentBound::Hamburger8 => hamburger(&self.array::<8>(filtered), s),
-            MomentBound::Hausdorff4 => hausdorff4(&self.array(filtered), z_f),
-            MomentBound::Trigonometric4 => trigonometric4(&self.array(filtered), z_f),
-        }
+        let z = unit(z_f);
+        let depth = match self.bound {
+            MomentBound::Hausdorff4 | MomentBound::Trigonometric4 => z,
+            _ => 2.0 * z - 1.0,
+        };
+        self.bound.bounds(&self.array(filtered), depth)
     }
 
     fn lower_of_two(&self, filtered: &[f64], z_f: f64) -> Option<f64> {
+        if !self.recognises_two || self.bound == MomentBound::Hamburger2 {
+            return None;
+        }
         let four = [filtered[0], filtered[1], filtered[2], filtered[3]];
         match self.bound {
-            _ if !self.recognises_two => None,
             MomentBound::Hausdorff4 => two_surfaces::powers(four, z_f),
             MomentBound::Trigonometric4 => two_surfaces::trigonometric(four, z_f),
             _ => two_surfaces::powers(four, 2.0 * z_f - 1.0),
         }
     }
 
-    fn array<const M: usize>(&self, filtered: &[f64]) -> [f64; M] {
-        let centre = self.bound.centre();
-        std::array::from_fn(|k| (1.0 - self.alpha) * filtered[k] + self.alpha * centre[k])
+    /// (1 - alpha) b + alpha b*, without an allocation.
+    fn array(&self, filtered: &[f64]) -> [f64; 8] {
+        let mut biased = self.bound.centre();
+        for (c, &b) in biased.iter_mut().zip(filtered) {
+            *c = (1.0 - self.alpha) * b + self.alpha * *c;
+        }
+        biased
     }
 }
 

@@ -1,0 +1,296 @@
+//! The figures of a quantisation experiment: hulls, stored codes, failures and errors against the moment bias.
+
+use crate::canvas::{
+    Area, BLACK, CURVE_COLOURS, Drawn, FINE, LEGEND_ROW, Stroke, anchored, font, legend, svg,
+};
+use crate::error::ReportError;
+use crate::quantization_summary::QuantizationTables;
+use evaluation::{CodeRecord, HullRecord, QuantizationRecord};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// A figure with its file stem and title.
+pub(crate) struct QuantizationFigure {
+    pub(crate) id: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) svg: String,
+}
+
+const GRID: RGBColor = RGBColor(225, 225, 225);
+
+/// All figures of a run.
+pub(crate) fn draw(tables: &QuantizationTables) -> Result<Vec<QuantizationFigure>, ReportError> {
+    let mut figures = vec![QuantizationFigure {
+        id: "hulls",
+        title: "The curve of three power moments and its convex hull in the box of stored values (a larger hull is better)",
+        svg: hulls(tables)?,
+    }];
+    if !tables.codes.is_empty() {
+        figures.push(QuantizationFigure {
+            id: "codes",
+            title: "How often which values are stored (flatter is better)",
+            svg: codes(tables)?,
+        });
+    }
+    let bounds = bounds(tables);
+    if !bounds.is_empty() {
+        figures.push(QuantizationFigure {
+            id: "failures",
+            title: "Invalid moment vectors by moment bias (lower and further left is better)",
+            svg: over_alpha(tables, &bounds, &FAILURES)?,
+        });
+        figures.push(QuantizationFigure {
+            id: "errors",
+            title: "Error against PCF by moment bias (lower is better)",
+            svg: over_alpha(tables, &bounds, &ERRORS)?,
+        });
+    }
+    Ok(figures)
+}
+
+fn hulls(tables: &QuantizationTables) -> Result<String, ReportError> {
+    svg("hulls", (820, 400), |root| {
+        let panels = root.split_evenly((1, 2));
+        for (panel, curve) in panels.iter().zip(["original", "transformed"]) {
+            let points: Vec<&HullRecord> = tables.hull.iter().filter(|p| p.curve == curve).collect();
+            hull(panel, curve, &points)?;
+        }
+        Ok(())
+    })
+}
+
+/// Parallel projection of the unit box onto the panel; the third axis points up.
+fn project(p: [f64; 3]) -> (f64, f64) {
+    let (turn, tilt) = (0.55f64, 0.42f64);
+    let (x, y, z) = (p[0] - 0.5, p[1] - 0.5, p[2] - 0.5);
+    let (right, back) = (x * turn.cos() + y * turn.sin(), y * turn.cos() - x * turn.sin());
+    (right, z * tilt.cos() + back * tilt.sin())
+}
+
+fn hull(area: &Area<'_>, curve: &str, points: &[&HullRecord]) -> Drawn {
+    let mut builder = ChartBuilder::on(area);
+    builder.margin(10 * FINE).margin_top(44 * FINE);
+    let (height, width) = (area.dim_in_pixel().1 as f64, area.dim_in_pixel().0 as f64);
+    // Same scale along both axes.
+    let half = 0.86;
+    let wide = half * (width - f64::from(20 * FINE)) / (height - f64::from(54 * FINE));
+    let mut chart = builder.build_cartesian_2d(-wide..wide, -half..half)?;
+    let corner = |i: usize| [i & 1, i >> 1 & 1, i >> 2].map(|bit| bit as f64);
+    for i in 0..8usize {
+        for axis in [1, 2, 4] {
+            if i & axis == 0 {
+                let edge = [project(corner(i)), project(corner(i | axis))];
+                chart.draw_series([PathElement::new(edge, GRID.stroke_width(4))])?;
+            }
+        }
+    }
+    let at = |p: &HullRecord| project([p.x, p.y, p.z]);
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return Ok(()) };
+    for (end, colour) in [(first, CURVE_COLOURS[1]), (last, CURVE_COLOURS[5])] {
+        for edge in points.windows(2) {
+            let face = vec![at(end), at(edge[0]), at(edge[1])];
+            chart.draw_series([Polygon::new(face, colour.mix(0.18).filled())])?;
+        }
+        for point in points.iter().step_by((points.len() / 40).max(1)) {
+            let line = PathElement::new([at(end), at(point)], colour.mix(0.6).stroke_width(1));
+            chart.draw_series([line])?;
+        }
+    }
+    let line: Vec<(f64, f64)> = points.iter().map(|p| at(p)).collect();
+    chart.draw_series([PathElement::new(line, BLACK.stroke_width(7))])?;
+    for (axis, name) in [(1, "1"), (2, "2"), (4, "3")] {
+        let end = project(corner(axis));
+        let style = anchored(12, HPos::Center, VPos::Center);
+        chart.draw_series([Text::new(format!("value {name}"), (end.0, end.1 + 0.05), style)])?;
+    }
+    let what = if curve == "original" { "z, z^2, z^3" } else { "after the best transform" };
+    let title = format!("{what}: hull of volume {:.4}", first.hull_volume);
+    let middle = (area.dim_in_pixel().0 as i32 / 2, 22 * FINE as i32);
+    area.draw(&Text::new(title, middle, anchored(13, HPos::Center, VPos::Center)))?;
+    Ok(())
+}
+
+/// A row of histograms for each transform in the first format of those that were counted.
+fn codes(tables: &QuantizationTables) -> Result<String, ReportError> {
+    let Some(first) = tables.codes.first() else {
+        return Err(ReportError::Empty { figure: "codes".to_owned() });
+    };
+    let shown = |c: &&CodeRecord| c.bound == first.bound && c.format == first.format;
+    let mut transforms: Vec<&str> = Vec::new();
+    for code in tables.codes.iter().filter(shown) {
+        if !transforms.contains(&code.transform.as_str()) {
+            transforms.push(&code.transform);
+        }
+    }
+    let channels = tables.codes.iter().filter(shown).map(|c| c.channel).max().unwrap_or_default() + 1;
+    let most = tables.codes.iter().filter(shown).map(|c| c.share).fold(0.0, f64::max);
+    svg("codes", (860, 40 + 170 * transforms.len() as u32), |root| {
+        let (top, rest) = root.split_vertically(36 * FINE);
+        let title = format!("{}, {}: share of filtered texels by stored value", first.bound, first.format);
+        top.draw(&Text::new(
+            title,
+            (12 * FINE as i32, 18 * FINE as i32),
+            anchored(13, HPos::Left, VPos::Center),
+        ))?;
+        for (row, transform) in rest.split_evenly((transforms.len(), 1)).iter().zip(&transforms) {
+            for (channel, area) in row.split_evenly((1, channels)).iter().enumerate() {
+                let bins: Vec<&CodeRecord> = tables
+                    .codes
+                    .iter()
+                    .filter(shown)
+                    .filter(|c| c.transform == *transform && c.channel == channel)
+                    .collect();
+                histogram(area, transform, &bins, most)?;
+            }
+        }
+        Ok(())
+    })
+}
+
+fn histogram(area: &Area<'_>, transform: &str, bins: &[&CodeRecord], most: f64) -> Drawn {
+    let Some(first) = bins.first() else { return Ok(()) };
+    let caption = format!("{transform}, value {}: {:.1} bits", first.channel + 1, first.entropy_bits);
+    let mut builder = ChartBuilder::on(area);
+    builder.margin_right(8 * FINE).margin_top(4 * FINE).caption(caption, font(10));
+    builder.x_label_area_size(20 * FINE).y_label_area_size(38 * FINE);
+    // A few bins hold most of the texels: on a logarithmic axis the others are seen too.
+    let least = 1e-5;
+    let mut chart =
+        builder.build_cartesian_2d(0.0..1.0, (least..most.max(10.0 * least) * 1.2).log_scale())?;
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_x_mesh().light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(2));
+    mesh.x_labels(3).y_labels(5).x_label_formatter(&|x| format!("{x:.1}")).y_label_formatter(&power);
+    mesh.label_style(font(10)).set_all_tick_mark_size(3 * FINE).draw()?;
+    let width = 1.0 / bins.len() as f64;
+    chart.draw_series(bins.iter().filter(|bin| bin.share > least).map(|bin| {
+        Rectangle::new([(bin.from, least), (bin.from + width, bin.share)], CURVE_COLOURS[1].filled())
+    }))?;
+    Ok(())
+}
+
+fn power(value: &f64) -> String {
+    let exponent = value.log10().round();
+    if (value.log10() - exponent).abs() < 1e-6 { format!("1e{exponent:.0}") } else { String::new() }
+}
+
+/// What is drawn over the moment bias.
+struct Quantity {
+    figure: &'static str,
+    label: &'static str,
+    value: fn(&QuantizationRecord) -> Option<f64>,
+    /// Whether the error without quantisation is drawn.
+    floor: bool,
+}
+
+const FAILURES: Quantity = Quantity {
+    figure: "failures",
+    label: "share of invalid vectors",
+    value: |r| r.failure_share,
+    floor: false,
+};
+const ERRORS: Quantity =
+    Quantity { figure: "errors", label: "mean |G - F|", value: |r| Some(r.l1_error), floor: true };
+
+/// Bounds with their filter, in the order of the records.
+fn bounds(tables: &QuantizationTables) -> Vec<(String, String)> {
+    let mut bounds: Vec<(String, String)> = Vec::new();
+    for r in tables.records.iter().filter(|r| r.role == "step") {
+        let key = (r.bound.clone(), r.kernel.clone());
+        if !bounds.contains(&key) {
+            bounds.push(key);
+        }
+    }
+    bounds
+}
+
+/// One panel a bound: all its transforms and formats over alpha, with the b* that is fastest (else the first).
+fn over_alpha(
+    tables: &QuantizationTables,
+    bounds: &[(String, String)],
+    quantity: &Quantity,
+) -> Result<String, ReportError> {
+    const PANEL: u32 = 290;
+    let columns = 2.min(bounds.len());
+    let rows = bounds.len().div_ceil(columns);
+    svg(quantity.figure, (440 * columns as u32, (PANEL + 5 * LEGEND_ROW) * rows as u32), |root| {
+        for (area, (bound, kernel)) in root.split_evenly((rows, columns)).iter().zip(bounds) {
+            panel(area, tables, (bound, kernel), quantity)?;
+        }
+        Ok(())
+    })
+}
+
+/// Biases and values of one transform and format.
+type Line<'a> = ((&'a str, &'a str), Vec<(f64, f64)>);
+
+fn panel(
+    area: &Area<'_>,
+    tables: &QuantizationTables,
+    (bound, kernel): (&str, &str),
+    quantity: &Quantity,
+) -> Drawn {
+    let mut lines: Vec<Line<'_>> = Vec::new();
+    let mut targets: Vec<((&str, &str), &str)> = Vec::new();
+    let steps =
+        || tables.records.iter().filter(|r| r.role == "step" && r.bound == bound && r.kernel == kernel);
+    for r in steps() {
+        let key = (r.transform.as_str(), r.format.as_str());
+        if !targets.iter().any(|(known, _)| *known == key) {
+            targets.push((key, &r.target));
+            lines.push((key, Vec::new()));
+        }
+        let of_target = targets.iter().any(|&(known, target)| known == key && target == r.target);
+        if let (true, Some(value)) = (of_target, (quantity.value)(r))
+            && let Some((_, points)) = lines.iter_mut().find(|(known, _)| *known == key)
+        {
+            points.push((r.alpha, value));
+        }
+    }
+    let all = || lines.iter().flat_map(|(_, points)| points);
+    let (from, to) = all().fold((1.0, 0.0f64), |(from, to), &(x, _)| (x.min(from), x.max(to)));
+    let exact = tables.exact(bound, kernel).filter(|_| quantity.floor);
+    let most = all().map(|&(_, y)| y).fold(0.0, f64::max);
+    // Shares of less than one fragment in a hundred thousand are not known.
+    let least = if quantity.floor { exact.unwrap_or(most) * 0.9 } else { 1e-5 };
+    let rows = lines.len().div_ceil(2) + 1;
+    let (_, height) = area.dim_in_pixel();
+    let (upper, lower) = area.split_vertically(height as i32 - (rows as u32 * LEGEND_ROW * FINE) as i32);
+    let mut builder = ChartBuilder::on(&upper);
+    builder.margin_left(6 * FINE).margin_right(14 * FINE).margin_top(6 * FINE);
+    builder.caption(format!("{bound}, {kernel}x{}", kernel.rsplit(' ').next().unwrap_or_default()), font(13));
+    builder.x_label_area_size(38 * FINE).y_label_area_size(58 * FINE);
+    let top = (1.1 * most).max(2.0 * least);
+    let mut chart = builder.build_cartesian_2d((from..to).log_scale(), (least..top).log_scale())?;
+    let value = |y: &f64| if quantity.floor { format!("{:.1} %", 100.0 * y) } else { power(y) };
+    let mut mesh = chart.configure_mesh();
+    mesh.light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(2));
+    mesh.x_labels(8).y_labels(7).x_label_formatter(&power).y_label_formatter(&value);
+    mesh.label_style(font(10)).axis_desc_style(font(11)).set_all_tick_mark_size(4 * FINE);
+    mesh.x_desc("moment bias alpha").y_desc(quantity.label).draw()?;
+    if let Some(exact) = exact {
+        let line =
+            DashedLineSeries::new([(from, exact), (to, exact)], 5 * FINE, 4 * FINE, BLACK.stroke_width(4));
+        chart.draw_series(line)?;
+    }
+    let mut entries = Vec::new();
+    for (i, ((transform, format), points)) in lines.iter().enumerate() {
+        let stroke = Stroke {
+            colour: CURVE_COLOURS[i % CURVE_COLOURS.len()],
+            width: 6,
+            dashed: i >= CURVE_COLOURS.len(),
+        };
+        let style = stroke.colour.stroke_width(stroke.width);
+        for piece in points.split(|&(_, y)| y < least) {
+            if stroke.dashed {
+                chart.draw_series(DashedLineSeries::new(piece.to_vec(), 5 * FINE, 4 * FINE, style))?;
+            } else {
+                chart.draw_series([PathElement::new(piece.to_vec(), style)])?;
+            }
+        }
+        entries.push((stroke, format!("{transform}, {format}")));
+    }
+    if exact.is_some() {
+        entries.push((Stroke { colour: BLACK, width: 4, dashed: true }, "not quantised".to_owned()));
+    }
+    legend(&lower, &entries, 2)
+}
