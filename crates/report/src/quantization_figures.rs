@@ -182,6 +182,9 @@ struct Quantity {
     floor: bool,
 }
 
+/// Shares of less than one fragment in a hundred thousand are not known.
+const LEAST_SHARE: f64 = 1e-5;
+
 const FAILURES: Quantity = Quantity {
     figure: "failures",
     label: "share of invalid vectors",
@@ -212,7 +215,7 @@ fn over_alpha(
     const PANEL: u32 = 290;
     let columns = 2.min(bounds.len());
     let rows = bounds.len().div_ceil(columns);
-    svg(quantity.figure, (440 * columns as u32, (PANEL + 5 * LEGEND_ROW) * rows as u32), |root| {
+    svg(quantity.figure, (500 * columns as u32, (PANEL + 5 * LEGEND_ROW) * rows as u32), |root| {
         for (area, (bound, kernel)) in root.split_evenly((rows, columns)).iter().zip(bounds) {
             panel(area, tables, (bound, kernel), quantity)?;
         }
@@ -221,7 +224,7 @@ fn over_alpha(
 }
 
 /// Biases and values of one transform and format.
-type Line<'a> = ((&'a str, &'a str), Vec<(f64, f64)>);
+type Line<'a> = ((&'a str, &'a str, &'a str), Vec<(f64, f64)>);
 
 fn panel(
     area: &Area<'_>,
@@ -230,28 +233,30 @@ fn panel(
     quantity: &Quantity,
 ) -> Drawn {
     let mut lines: Vec<Line<'_>> = Vec::new();
-    let mut targets: Vec<((&str, &str), &str)> = Vec::new();
+    let mut targets: Vec<&str> = Vec::new();
     let steps =
         || tables.records.iter().filter(|r| r.role == "step" && r.bound == bound && r.kernel == kernel);
     for r in steps() {
-        let key = (r.transform.as_str(), r.format.as_str());
-        if !targets.iter().any(|(known, _)| *known == key) {
-            targets.push((key, &r.target));
+        let key = (r.transform.as_str(), r.range.as_str(), r.format.as_str());
+        let place = lines.iter().position(|(known, _)| *known == key).unwrap_or_else(|| {
+            targets.push(&r.target);
             lines.push((key, Vec::new()));
-        }
-        let of_target = targets.iter().any(|&(known, target)| known == key && target == r.target);
-        if let (true, Some(value)) = (of_target, (quantity.value)(r))
-            && let Some((_, points)) = lines.iter_mut().find(|(known, _)| *known == key)
-        {
-            points.push((r.alpha, value));
+            lines.len() - 1
+        });
+        if let (true, Some(value)) = (targets[place] == r.target, (quantity.value)(r)) {
+            lines[place].1.push((r.alpha, value));
         }
     }
     let all = || lines.iter().flat_map(|(_, points)| points);
     let (from, to) = all().fold((1.0, 0.0f64), |(from, to), &(x, _)| (x.min(from), x.max(to)));
     let exact = tables.exact(bound, kernel).filter(|_| quantity.floor);
     let most = all().map(|&(_, y)| y).fold(0.0, f64::max);
-    // Shares of less than one fragment in a hundred thousand are not known.
-    let least = if quantity.floor { exact.unwrap_or(most) * 0.9 } else { 1e-5 };
+    // Errors far above the best ones need no room.
+    let (least, top) = match exact {
+        Some(exact) => (0.9 * exact, most.min(2.2 * exact).max(1.1 * exact)),
+        None if quantity.floor => (0.0, most.max(1e-3)),
+        None => (LEAST_SHARE.log10(), 0.05),
+    };
     let rows = lines.len().div_ceil(2) + 1;
     let (_, height) = area.dim_in_pixel();
     let (upper, lower) = area.split_vertically(height as i32 - (rows as u32 * LEGEND_ROW * FINE) as i32);
@@ -259,35 +264,38 @@ fn panel(
     builder.margin_left(6 * FINE).margin_right(14 * FINE).margin_top(6 * FINE);
     builder.caption(format!("{bound}, {kernel}x{}", kernel.rsplit(' ').next().unwrap_or_default()), font(13));
     builder.x_label_area_size(38 * FINE).y_label_area_size(58 * FINE);
-    let top = (1.1 * most).max(2.0 * least);
-    let mut chart = builder.build_cartesian_2d((from..to).log_scale(), (least..top).log_scale())?;
-    let value = |y: &f64| if quantity.floor { format!("{:.1} %", 100.0 * y) } else { power(y) };
+    let mut chart = builder.build_cartesian_2d((from..to).log_scale(), least..top)?;
+    let value = |y: &f64| if quantity.floor { format!("{:.1} %", 100.0 * y) } else { format!("1e{y:.0}") };
     let mut mesh = chart.configure_mesh();
     mesh.light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(2));
-    mesh.x_labels(8).y_labels(7).x_label_formatter(&power).y_label_formatter(&value);
+    mesh.x_labels(8).y_labels(6).x_label_formatter(&power).y_label_formatter(&value);
     mesh.label_style(font(10)).axis_desc_style(font(11)).set_all_tick_mark_size(4 * FINE);
     mesh.x_desc("moment bias alpha").y_desc(quantity.label).draw()?;
     if let Some(exact) = exact {
-        let line =
-            DashedLineSeries::new([(from, exact), (to, exact)], 5 * FINE, 4 * FINE, BLACK.stroke_width(4));
-        chart.draw_series(line)?;
+        let ends = [(from, exact), (to, exact)];
+        chart.draw_series(DashedLineSeries::new(ends, 5 * FINE, 4 * FINE, BLACK.stroke_width(4)))?;
     }
     let mut entries = Vec::new();
-    for (i, ((transform, format), points)) in lines.iter().enumerate() {
+    for (i, ((transform, range, format), points)) in lines.iter().enumerate() {
         let stroke = Stroke {
             colour: CURVE_COLOURS[i % CURVE_COLOURS.len()],
             width: 6,
             dashed: i >= CURVE_COLOURS.len(),
         };
         let style = stroke.colour.stroke_width(stroke.width);
-        for piece in points.split(|&(_, y)| y < least) {
+        let height = |y: f64| if quantity.floor { y } else { y.max(f64::MIN_POSITIVE).log10() };
+        let points: Vec<(f64, f64)> = points.iter().map(|&(x, y)| (x, height(y))).collect();
+        for piece in points.split(|&(_, y)| y < least || y > top) {
             if stroke.dashed {
                 chart.draw_series(DashedLineSeries::new(piece.to_vec(), 5 * FINE, 4 * FINE, style))?;
             } else {
                 chart.draw_series([PathElement::new(piece.to_vec(), style)])?;
             }
         }
-        entries.push((stroke, format!("{transform}, {format}")));
+        // The range is told where a name stands for two.
+        let twice = lines.iter().filter(|((t, _, f), _)| (t, f) == (&transform, &format)).count() > 1;
+        let range = if twice { format!(" ({range})") } else { String::new() };
+        entries.push((stroke, format!("{transform}{range}, {format}")));
     }
     if exact.is_some() {
         entries.push((Stroke { colour: BLACK, width: 4, dashed: true }, "not quantised".to_owned()));

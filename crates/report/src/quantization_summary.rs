@@ -5,6 +5,7 @@ use evaluation::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
     QuantizationViewRecord, RunDirectory,
 };
+use moment_problem::Basis;
 
 /// The recorded tables of a run.
 pub(crate) struct QuantizationTables {
@@ -69,7 +70,8 @@ impl QuantizationTables {
     pub(crate) fn answer(&self) -> String {
         let mut sentences = Vec::new();
         for (m, word) in [(4, "Four"), (6, "Six")] {
-            let of_order = || self.gains.iter().filter(|g| g.m == m && g.basis.starts_with("z, z^2"));
+            let basis = Basis::power(m).to_string();
+            let of_order = || self.gains.iter().filter(|g| g.basis == basis);
             let gain = |g: &&GainRecord| g.gain_bits;
             let found = of_order().find(|g| g.bound_bits.is_some() && g.transform == "dense");
             let published =

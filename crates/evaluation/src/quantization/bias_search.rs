@@ -290,6 +290,7 @@ fn filled(variant: &Variant, means: &Means, fragments: usize) -> QuantizationRec
     QuantizationRecord {
         bound: variant.bound_name().to_owned(),
         transform: variant.transform.clone(),
+        range: variant.range_name(),
         format: variant.format.clone(),
         kernel: variant.kernel_name.clone(),
         bits_per_texel: variant.storage.bits_per_texel(),

@@ -28,15 +28,16 @@ pub(crate) fn optimised(setting: &GainSetting, seed: u64) -> (GainRecord, GainSa
         });
     let time = begin.elapsed();
     let structure = structure_name(setting.structure).to_owned();
+    let name = setting.basis.parse::<Basis>().map_or(setting.basis.clone(), |basis| basis.to_string());
     let sample = GainSample {
-        basis: setting.basis.clone(),
+        basis: name.clone(),
         structure: structure.clone(),
         threads: rayon::current_num_threads(),
         repetition: 0,
         time_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
     };
     let mut record = GainRecord {
-        basis: setting.basis.clone(),
+        basis: name,
         m: 0,
         transform: structure,
         range: RangeName::of(setting.range.interval()),

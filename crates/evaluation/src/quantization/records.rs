@@ -9,6 +9,8 @@ pub struct QuantizationRecord {
     pub bound: String,
     /// Transform.
     pub transform: String,
+    /// Depth range of the moments: `unit` or `signed`.
+    pub range: String,
     /// Number format.
     pub format: String,
     /// Filter: `gaussian 9` or `box 9`.
