@@ -91,14 +91,20 @@ impl QuantizationTables {
         if let (Some(theta), Some(plain)) = (four("MSM15 theta_4"), four("plain"))
             && let Some(exact) = self.exact("Hamburger 4", &theta.kernel)
         {
+            let pair = |b: &BiasRecord| {
+                let valid = self.most_valid(b).unwrap_or(b);
+                format!(
+                    "{} % at the bias of least error and {} % where 99.9 % of the vectors are valid (alpha = {:.1e})",
+                    percent(b.best_l1_error),
+                    percent(valid.valid_l1_error),
+                    valid.alpha_999
+                )
+            };
             sentences.push(format!(
-                "Sixteen bits a moment raise the error of four moments from {} % to {} % with MSM15's transform \
-                 (alpha = {:.0e}) and to {} % without one (alpha = {:.0e}).",
+                "Four moments err by {} %; with sixteen bits each and MSM15's transform by {}, without a transform by {}.",
                 percent(exact),
-                percent(theta.best_l1_error),
-                theta.best_alpha,
-                percent(plain.best_l1_error),
-                plain.best_alpha
+                pair(theta),
+                pair(plain)
             ));
         }
         for c in
