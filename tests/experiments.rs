@@ -123,6 +123,39 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
 }
 
 #[test]
+fn mistakes_in_ways_to_store_moments_name_line_and_value() {
+    let folder = directory("stores");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/quantization.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    let cases = [
+        ("\"GDC16 four moments\"]", "\"theta_5\"]", "theta_5"),
+        ("formats = [\"unorm16\", \"unorm10\", \"f16\"]", "formats = [\"unorm8\"]", "unorm8"),
+        ("kernel = { shape = \"box\", size = 9 }", "", "shape box"),
+        ("formats = [\"u32/256\"]", "formats = [\"u32/80\"]", "u32/80"),
+        ("baseline = \"MSM15 theta_4\"", "baseline = \"optimal\"", "optimal"),
+        ("alphas = { from = 1e-8", "alphas = { from = 0.0", "alphas"),
+        ("basis = \"power:3\"", "basis = \"power:0\"", "power:0"),
+        (
+            "bound = \"trigonometric4\"\ntransforms = [\"plain\", \"optimal\"]",
+            "bound = \"trigonometric4\"\nrange = \"signed\"\ntransforms = [\"plain\"]",
+            "depths from 0 to 1",
+        ),
+    ];
+    for (i, (old, new, needle)) in cases.into_iter().enumerate() {
+        assert!(text.contains(old), "{old}");
+        let path = folder.join(format!("case-{i}.toml"));
+        std::fs::write(&path, text.replacen(old, new, 1)).unwrap();
+        let out = folder.join("results");
+        let output =
+            msm(&["run", path.to_str().unwrap(), "--scale", "quick", "--out", out.to_str().unwrap()]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{new}: {message}");
+        assert!(message.contains(needle) && message.contains("line "), "{new}: {message}");
+        assert!(!out.exists(), "{new}");
+    }
+}
+
+#[test]
 fn a_run_that_cannot_start_leaves_nothing_behind() {
     let folder = directory("start");
     let bounds = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/bounds.toml");

@@ -293,7 +293,7 @@ fn panel(
             }
         }
         // The range is told where a name stands for two.
-        let twice = lines.iter().filter(|((t, _, f), _)| (t, f) == (&transform, &format)).count() > 1;
+        let twice = lines.iter().filter(|((t, _, f), _)| (t, f) == (transform, format)).count() > 1;
         let range = if twice { format!(" ({range})") } else { String::new() };
         entries.push((stroke, format!("{transform}{range}, {format}")));
     }
