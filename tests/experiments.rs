@@ -108,7 +108,12 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
         ("kernels = [\"two surfaces\"]", "kernels = [\"none\"]", "none"),
         ("seed = 1", "seed = ", "line"),
     ];
-    for (i, (old, new, needle)) in cases.into_iter().enumerate() {
+    refused(&folder, &text, &cases);
+}
+
+/// Runs an experiment with one mistake after the other, as (old text, new text, word of the message).
+fn refused(folder: &Path, text: &str, cases: &[(&str, &str, &str)]) {
+    for (i, (old, new, needle)) in cases.iter().enumerate() {
         assert!(text.contains(old), "{old}");
         let path = folder.join(format!("case-{i}.toml"));
         std::fs::write(&path, text.replacen(old, new, 1)).unwrap();
@@ -141,18 +146,11 @@ fn mistakes_in_ways_to_store_moments_name_line_and_value() {
             "depths from 0 to 1",
         ),
     ];
-    for (i, (old, new, needle)) in cases.into_iter().enumerate() {
-        assert!(text.contains(old), "{old}");
-        let path = folder.join(format!("case-{i}.toml"));
-        std::fs::write(&path, text.replacen(old, new, 1)).unwrap();
-        let out = folder.join("results");
-        let output =
-            msm(&["run", path.to_str().unwrap(), "--scale", "quick", "--out", out.to_str().unwrap()]);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{new}: {message}");
-        assert!(message.contains(needle) && message.contains("line "), "{new}: {message}");
-        assert!(!out.exists(), "{new}");
-    }
+    refused(&folder, &text, &cases);
+    // The mistake's line is told as well.
+    let path = folder.join("case-0.toml");
+    let message = String::from_utf8(msm(&["run", path.to_str().unwrap()]).stderr).unwrap();
+    assert!(message.contains("line "), "{message}");
 }
 
 #[test]

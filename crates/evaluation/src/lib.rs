@@ -30,9 +30,9 @@ pub use kernel::{Kernel, Region, Surface, uniform_distribution};
 pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 pub use quantization::{
-    Alphas, BiasRecord, BiasTarget, BoundName, CodeRecord, ComparisonRecord, GainRecord, GainSample,
-    GainSetting, HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, RangeName,
-    StoreSetting, StructureName,
+    Alphas, BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting,
+    HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, RangeName, StoreSetting,
+    StructureName,
 };
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};

@@ -9,6 +9,13 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 /// A rectangle of the canvas.
 pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
+/// A figure with its file stem and title.
+pub(crate) struct NamedFigure {
+    pub(crate) id: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) svg: String,
+}
+
 /// Whether drawing went well; the library has many error types.
 pub(crate) type Drawn = Result<(), Box<dyn std::error::Error + Send + Sync>>;
 

@@ -1,7 +1,7 @@
 //! The figures of a quantisation experiment: hulls, stored codes, failures and errors against the moment bias.
 
 use crate::canvas::{
-    Area, BLACK, CURVE_COLOURS, Drawn, FINE, LEGEND_ROW, Stroke, anchored, font, legend, svg,
+    Area, BLACK, CURVE_COLOURS, Drawn, FINE, LEGEND_ROW, NamedFigure, Stroke, anchored, font, legend, svg,
 };
 use crate::error::ReportError;
 use crate::quantization_summary::QuantizationTables;
@@ -9,24 +9,17 @@ use evaluation::{CodeRecord, HullRecord, QuantizationRecord};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
-/// A figure with its file stem and title.
-pub(crate) struct QuantizationFigure {
-    pub(crate) id: &'static str,
-    pub(crate) title: &'static str,
-    pub(crate) svg: String,
-}
-
 const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// All figures of a run.
-pub(crate) fn draw(tables: &QuantizationTables) -> Result<Vec<QuantizationFigure>, ReportError> {
-    let mut figures = vec![QuantizationFigure {
+pub(crate) fn draw(tables: &QuantizationTables) -> Result<Vec<NamedFigure>, ReportError> {
+    let mut figures = vec![NamedFigure {
         id: "hulls",
         title: "The curve of three power moments and its convex hull in the box of stored values (a larger hull is better)",
         svg: hulls(tables)?,
     }];
     if !tables.codes.is_empty() {
-        figures.push(QuantizationFigure {
+        figures.push(NamedFigure {
             id: "codes",
             title: "How often which values are stored (flatter is better)",
             svg: codes(tables)?,
@@ -34,12 +27,12 @@ pub(crate) fn draw(tables: &QuantizationTables) -> Result<Vec<QuantizationFigure
     }
     let bounds = bounds(tables);
     if !bounds.is_empty() {
-        figures.push(QuantizationFigure {
+        figures.push(NamedFigure {
             id: "failures",
             title: "Invalid moment vectors by moment bias (lower and further left is better)",
             svg: over_alpha(tables, &bounds, &FAILURES)?,
         });
-        figures.push(QuantizationFigure {
+        figures.push(NamedFigure {
             id: "errors",
             title: "Error against PCF by moment bias (lower is better)",
             svg: over_alpha(tables, &bounds, &ERRORS)?,

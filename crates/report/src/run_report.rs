@@ -2,6 +2,7 @@
 
 use crate::bounds_figures;
 use crate::bounds_summary::{Row, Tables, answer};
+use crate::canvas::NamedFigure;
 use crate::error::ReportError;
 use crate::quantization_summary::QuantizationTables;
 use crate::search_summary::SearchTables;
@@ -63,11 +64,17 @@ fn quantization_files(
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
         provenance: run.provenance()?,
     };
+    Ok(with_page(&page, &figures))
+}
+
+/// The files of figures and of their page.
+fn with_page(page: &Page<'_>, figures: &[NamedFigure]) -> Vec<RecordedFile> {
+    let drawn = figures.iter().map(|figure| RecordedFile {
+        name: format!("{}.svg", figure.id),
+        bytes: figure.svg.clone().into_bytes(),
+    });
     let page = RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() };
-    let drawn = figures
-        .into_iter()
-        .map(|figure| RecordedFile { name: format!("{}.svg", figure.id), bytes: figure.svg.into_bytes() });
-    Ok(drawn.chain([page]).collect())
+    drawn.chain([page]).collect()
 }
 
 fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec<RecordedFile>, ReportError> {
@@ -81,11 +88,7 @@ fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
         provenance: run.provenance()?,
     };
-    let page = RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() };
-    let drawn = figures
-        .into_iter()
-        .map(|figure| RecordedFile { name: format!("{}.svg", figure.id), bytes: figure.svg.into_bytes() });
-    Ok(drawn.chain([page]).collect())
+    Ok(with_page(&page, &figures))
 }
 
 fn bounds_files(run: &RunDirectory, bounds: &BoundsExperiment) -> Result<Vec<RecordedFile>, ReportError> {

@@ -1,19 +1,13 @@
 //! Histograms of a candidate search (MSM15 Figure 4).
 
 use crate::canvas::{
-    Area, BLACK, BLUE, Drawn, FINE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, anchored, font, svg,
+    Area, BLACK, BLUE, Drawn, FINE, GREEN, NamedFigure, ORANGE, PURPLE, SKY_BLUE, VERMILLION, anchored, font,
+    svg,
 };
 use crate::error::ReportError;
 use crate::search_summary::{Reference, SearchTables};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
-
-/// A figure with its file stem and title.
-pub(crate) struct SearchFigure {
-    pub(crate) id: &'static str,
-    pub(crate) title: &'static str,
-    pub(crate) svg: String,
-}
 
 /// Bins over the whole axis.
 const BINS: usize = 150;
@@ -23,7 +17,7 @@ const PANEL: u32 = 230;
 const NAMES: u32 = 96;
 
 /// All figures of a run.
-pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<SearchFigure>, ReportError> {
+pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<NamedFigure>, ReportError> {
     let references = tables.references();
     let marked = references.iter().map(|reference| reference.error).fold(0.01, f64::max);
     let m = tables.main_order();
@@ -38,12 +32,12 @@ pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<SearchFigure>, ReportErr
         areas.iter().zip(&orders).try_for_each(|(area, &m)| panel(area, tables, m, end, &[]))
     })?;
     Ok(vec![
-        SearchFigure {
+        NamedFigure {
             id: "histogram",
             title: "How many candidates have which error (further left is better)",
             svg: main,
         },
-        SearchFigure {
+        NamedFigure {
             id: "sizes",
             title: "The same by number of functions (further left is better)",
             svg: sizes,

@@ -15,6 +15,5 @@ pub use records::{
     QuantizationViewRecord,
 };
 pub use settings::{
-    Alphas, BiasTarget, BoundName, GainSetting, QuantizationExperiment, RangeName, StoreSetting,
-    StructureName,
+    Alphas, BiasTarget, GainSetting, QuantizationExperiment, RangeName, StoreSetting, StructureName,
 };

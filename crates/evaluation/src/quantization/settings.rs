@@ -101,24 +101,6 @@ pub enum RangeName {
     Signed,
 }
 
-/// A closed-form bound.
-#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum BoundName {
-    /// Mean and second moment.
-    Hamburger2,
-    /// Four power moments.
-    Hamburger4,
-    /// Six.
-    Hamburger6,
-    /// Eight.
-    Hamburger8,
-    /// Four power moments of depths in \[0, 1\].
-    Hausdorff4,
-    /// Two frequencies.
-    Trigonometric4,
-}
-
 /// Where b* comes from.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -136,7 +118,7 @@ pub enum BiasTarget {
 #[serde(deny_unknown_fields)]
 pub struct StoreSetting {
     /// What is computed from the stored moments.
-    pub bound: BoundName,
+    pub bound: MomentBound,
     /// Depths for `identity`, `plain` and `optimal`; published transforms have their own.
     #[serde(default)]
     pub range: RangeName,
@@ -270,20 +252,6 @@ impl RangeName {
             DepthInterval::UNIT => "unit".to_owned(),
             DepthInterval::SIGNED => "signed".to_owned(),
             other => format!("{},{}", other.start(), other.end()),
-        }
-    }
-}
-
-impl BoundName {
-    /// The bound.
-    pub fn bound(self) -> MomentBound {
-        match self {
-            Self::Hamburger2 => MomentBound::Hamburger2,
-            Self::Hamburger4 => MomentBound::Hamburger4,
-            Self::Hamburger6 => MomentBound::Hamburger6,
-            Self::Hamburger8 => MomentBound::Hamburger8,
-            Self::Hausdorff4 => MomentBound::Hausdorff4,
-            Self::Trigonometric4 => MomentBound::Trigonometric4,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! One way to store moments: bound, transform, format, filter.
 
-use super::settings::{BiasTarget, BoundName, QuantizationExperiment, RangeName, StoreSetting};
+use super::settings::{BiasTarget, QuantizationExperiment, RangeName, StoreSetting};
 use crate::error::EvaluationError;
 use moment_problem::arithmetic::DoubleDouble;
 use quantization::bias::{CIRCULATED, Circulated};
@@ -14,7 +14,6 @@ use shadow_filtering::{Kernel, KernelSpec, StoredMoments};
 /// A bound with the storage of its moments, and the names of both.
 pub(crate) struct Variant {
     pub(crate) store: usize,
-    pub(crate) bound: BoundName,
     pub(crate) transform: String,
     pub(crate) format: String,
     pub(crate) kernel_name: String,
@@ -72,13 +71,11 @@ impl Variant {
                     let format: NumberFormat = format_name
                         .parse()
                         .map_err(|error: QuantizationError| at_format(error.to_string()))?;
-                    let storage =
-                        StoredMoments::new(store.bound.bound(), interval, transform.clone(), format)
-                            .map_err(|error| at_transform(error.to_string()))?;
+                    let storage = StoredMoments::new(store.bound, interval, transform.clone(), format)
+                        .map_err(|error| at_transform(error.to_string()))?;
                     storage.check_kernel(&kernel).map_err(|error| at_format(error.to_string()))?;
                     variants.push(Self {
                         store: i,
-                        bound: store.bound,
                         transform: name.clone(),
                         format: format_name.clone(),
                         kernel_name: kernel_name(&spec),
@@ -99,8 +96,8 @@ impl Variant {
 
     /// The bias in circulation for its basis, range and format.
     pub(crate) fn circulated(&self) -> Option<&'static Circulated> {
-        let basis = match self.bound {
-            BoundName::Trigonometric4 => "trig:2".to_owned(),
+        let basis = match self.storage.bound() {
+            MomentBound::Trigonometric4 => "trig:2".to_owned(),
             _ => format!("power:{}", self.storage.bound().order()),
         };
         let signed = self.storage.interval() == DepthInterval::SIGNED;
@@ -127,7 +124,7 @@ fn transform(
     name: &str,
     compute: Compute<'_>,
 ) -> Result<(AffineTransform, DepthInterval), String> {
-    let (bound, interval) = (store.bound.bound(), store.range.interval());
+    let (bound, interval) = (store.bound, store.range.interval());
     let text = |error: QuantizationError| error.to_string();
     match name {
         "identity" => Ok((AffineTransform::identity(bound.order()), interval)),

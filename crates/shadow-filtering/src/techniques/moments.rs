@@ -16,9 +16,11 @@ use moment_problem::Basis;
 use moment_problem::hamburger::{Pair, hamburger, hamburger4};
 use moment_problem::hausdorff::hausdorff4;
 use moment_problem::trigonometric::trigonometric4;
+use serde::{Deserialize, Serialize};
 
-/// Which moments and which prior knowledge of depth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Which moments and which prior knowledge of depth; in TOML by its name in lower case, such as `hamburger4`.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum MomentBound {
     /// Mean and second moment on the line: Cantelli's inequality, as for variance shadow maps.
     Hamburger2,
