@@ -8,7 +8,7 @@ use super::statistics::{Mean, Moments, joined, stratified};
 use super::workload::{Block, Workload};
 use crate::error::EvaluationError;
 use crate::run::Progress;
-use moment_problem::fast_simplex::{FastSimplex, FastSolution, SupportColumns};
+use moment_problem::fast_simplex::{FastSimplex, FastStart, SupportColumns};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,13 +24,13 @@ const KEEP_DEVIATIONS: f64 = 4.0;
 /// The control of an order: power moments, on one block.
 pub(crate) struct Control {
     /// Solutions for power and trigonometric moments: every candidate starts near one of them.
-    starts: [FastSolution; 2],
+    starts: [FastStart; 2],
     pub(crate) errors: Vec<f64>,
     pub(crate) verdict: Verdict,
 }
 
 impl Control {
-    pub(crate) fn starts(&self) -> [&FastSolution; 2] {
+    pub(crate) fn starts(&self) -> [&FastStart; 2] {
         [&self.starts[0], &self.starts[1]]
     }
 }
@@ -66,9 +66,10 @@ impl<'a> Sweep<'a> {
                     let solver = FastSimplex::new(columns, experiment.tolerance).thorough();
                     solver.solve(&block.kernels, &block.fragments)
                 };
-                let starts = [solve(&power), solve(&trigonometric)];
-                let errors = errors(block, &starts[0]);
-                let verdict = judge(workload, block, &starts[0], &errors);
+                let solution = solve(&power);
+                let errors = errors(block, &solution);
+                let verdict = judge(workload, block, &solution, &errors);
+                let starts = [solution.start(), solve(&trigonometric).start()];
                 Control { starts, errors, verdict }
             };
             controls.push(workload.blocks.par_iter().map(of_block).collect());

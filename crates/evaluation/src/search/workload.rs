@@ -11,6 +11,7 @@ use sha2::{Digest, Sha256};
 use shadow_filtering::{DepthMap, Kernel, Receiver, Technique};
 use shadow_renderer::LightView;
 use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Fragments that are prepared at a time; bounds the memory for what is not kept.
 const CHUNK: usize = 16_384;
@@ -185,7 +186,8 @@ impl Workload {
 /// Places of kernels and fragments that a block has already.
 #[derive(Clone, Default)]
 struct Known {
-    kernels: HashMap<(Vec<u16>, Vec<u64>), u32>,
+    /// The last kernel of a hash. Kernels are not kept twice: two of one hash would not be told to be equal to a third.
+    kernels: HashMap<u64, u32>,
     fragments: HashMap<(u16, u32, u16, u64), u32>,
 }
 
@@ -304,10 +306,13 @@ impl Builder<'_> {
             block.idle[usize::from(view)] += sampled.reference;
             return;
         }
-        let bits = sampled.kernel.weights().iter().map(|w| w.to_bits()).collect();
-        let kernel = *known.kernels.entry((sampled.kernel.indices().to_vec(), bits)).or_insert_with(|| {
+        let hash = hash(&sampled.kernel);
+        let same = known.kernels.get(&hash).filter(|&&place| block.kernels[place as usize] == sampled.kernel);
+        let kernel = same.copied().unwrap_or_else(|| {
             block.kernels.push(sampled.kernel);
-            block.kernels.len() as u32 - 1
+            let place = block.kernels.len() as u32 - 1;
+            known.kernels.insert(hash, place);
+            place
         });
         let key = (view, kernel, sampled.step, sampled.reference.to_bits());
         let place = *known.fragments.entry(key).or_insert_with(|| {
@@ -321,6 +326,14 @@ impl Builder<'_> {
         });
         block.entries[place as usize].count += 1;
     }
+}
+
+/// The same on every machine and in every run.
+fn hash(kernel: &SupportDistribution) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    kernel.indices().hash(&mut hasher);
+    kernel.weights().iter().for_each(|weight| weight.to_bits().hash(&mut hasher));
+    hasher.finish()
 }
 
 impl Block {

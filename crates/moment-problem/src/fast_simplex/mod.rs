@@ -106,6 +106,47 @@ pub struct FastSolution {
     pub uncertified: Vec<usize>,
 }
 
+/// Where the distributions of a solution lie: what another basis needs of it, a twentieth of its memory.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FastStart {
+    rank: usize,
+    /// Ascending indices of the basic depths, `rank` for each fragment; all 0 where there is no vertex of that rank.
+    supports: Vec<u16>,
+}
+
+impl FastStart {
+    /// Number of fragments.
+    pub fn len(&self) -> usize {
+        self.supports.len() / self.rank.max(1)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.supports.is_empty()
+    }
+
+    /// The depths for a fragment, if the rank is that of the basis to be solved.
+    fn guess(&self, fragment: usize, rank: usize) -> &[u16] {
+        let depths =
+            if rank == self.rank { &self.supports[fragment * rank..(fragment + 1) * rank] } else { &[] };
+        if depths.iter().any(|&depth| depth > 0) { depths } else { &[] }
+    }
+}
+
+impl FastSolution {
+    /// The start for other bases of the same rank.
+    pub fn start(&self) -> FastStart {
+        let rank = usize::from(self.vertices.iter().map(|vertex| vertex.rank).max().unwrap_or(1));
+        let none = [0; MAX_ROWS];
+        let supports = self.bounds.iter().flat_map(|bound| {
+            let vertex = self.vertices.get(bound.vertex as usize);
+            let support = vertex.filter(|v| usize::from(v.rank) == rank).map_or(&none, |v| &v.support);
+            support[..rank].iter().copied()
+        });
+        FastStart { rank, supports: supports.collect() }
+    }
+}
+
 /// The solver for one basis on one support.
 #[derive(Clone, Copy, Debug)]
 pub struct FastSimplex<'a> {
@@ -166,15 +207,15 @@ impl<'a> FastSimplex<'a> {
     /// distribution depend little on the basis. Where none of them helps, a program starts from the distribution itself.
     ///
     /// # Panics
-    /// As [`FastSimplex::solve`], and if a solution is not one for these fragments.
+    /// As [`FastSimplex::solve`], and if a start is not one for these fragments.
     pub fn solve_near(
         &self,
         kernels: &[SupportDistribution],
         fragments: &[FastFragment],
-        others: &[&FastSolution],
+        others: &[&FastStart],
     ) -> FastSolution {
-        let fits = |other: &&FastSolution| other.bounds.len() == fragments.len();
-        assert!(others.iter().all(fits), "a solution is one for other fragments");
+        let fits = |other: &&FastStart| other.len() == fragments.len();
+        assert!(others.iter().all(fits), "a start is one for other fragments");
         self.run(kernels, fragments, others)
     }
 
@@ -182,7 +223,7 @@ impl<'a> FastSimplex<'a> {
         &self,
         kernels: &[SupportDistribution],
         fragments: &[FastFragment],
-        others: &[&FastSolution],
+        others: &[&FastStart],
     ) -> FastSolution {
         let task = Task {
             columns: self.columns,
@@ -213,7 +254,7 @@ struct Task<'a> {
     early: bool,
     kernels: &'a [SupportDistribution],
     fragments: &'a [FastFragment],
-    others: &'a [&'a FastSolution],
+    others: &'a [&'a FastStart],
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -257,11 +298,7 @@ fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> (FastSolu
         let kernel = fragment.kernel as usize;
         let mut guesses: [&[u16]; MAX_GUESSES] = [&[]; MAX_GUESSES];
         for (guess, other) in guesses.iter_mut().zip(task.others) {
-            if let Some(vertex) = other.vertices.get(other.bounds[index].vertex as usize)
-                && vertex.rank == R as u8
-            {
-                *guess = &vertex.support[..R];
-            }
+            *guess = other.guess(index, R);
         }
         let job = Job {
             kernel: &task.kernels[kernel],
