@@ -9,7 +9,7 @@ use super::lanes::Lanes;
 use super::pricing::{PIVOT_TOLERANCE, SLACK_TOLERANCE, dot, dot_absolute};
 use super::support::{LANES, SupportColumns, SupportDistribution};
 use super::vertex::{ARTIFICIAL, Cache, Rows, UNUSED, Vertex};
-use super::{FastBound, FastVertex, MAX_GUESSES, MAX_ROWS};
+use super::{FastBound, FastVertex, MAX_GUESSES};
 
 /// A weight counts as negative below minus this times the size of its row of the inverse: some hundred roundings of the
 /// products that it is the sum of. Absolute tolerances stall, since rows differ by many orders of magnitude.
@@ -49,9 +49,9 @@ pub(super) struct Engine<'a, V: Lanes, const R: usize, const K: usize> {
 type Found<V, const R: usize, const K: usize> = (Vertex<V, R, K>, Option<f64>);
 
 /// One fragment: its distribution, moments E[a] and F.
-pub(super) struct Job<'a> {
+pub(super) struct Job<'a, const R: usize> {
     pub(super) kernel: &'a SupportDistribution,
-    pub(super) moments: &'a [f64; MAX_ROWS],
+    pub(super) moments: &'a [f64; R],
     /// Whether a proof of F is enough.
     pub(super) early: bool,
     /// Ascending indices of columns that may be near the optimal ones, or none.
@@ -93,13 +93,12 @@ impl<'a, V: Lanes, const R: usize, const K: usize> Engine<'a, V, R, K> {
     #[inline(always)]
     pub(super) fn bound(
         &mut self,
-        job: &Job<'_>,
+        job: &Job<'_, R>,
         tolerance: f64,
         vertices: &mut Vec<FastVertex>,
     ) -> Option<FastBound> {
         self.last = [ARTIFICIAL; R];
-        let mut b = [0.0; R];
-        b.copy_from_slice(&job.moments[..R]);
+        let b = *job.moments;
         let enough = if job.early { job.mass_before - 0.5 * tolerance } else { f64::INFINITY };
         let found = match self.cache.best(&b) {
             Some(best) if self.is_settled(&self.cache.vertices[best], &b, enough) => best,

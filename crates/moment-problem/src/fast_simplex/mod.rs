@@ -286,8 +286,9 @@ fn solve<V: Lanes, const R: usize, const K: usize>(task: &Task<'_>) -> (FastSolu
     let mut hints = Hints::new();
     let mut solution =
         FastSolution { bounds: Vec::with_capacity(task.fragments.len()), ..FastSolution::default() };
-    let moments: Vec<[f64; MAX_ROWS]> =
-        task.kernels.iter().map(|kernel| task.columns.moments(kernel)).collect();
+    let leading = |moments: [f64; MAX_ROWS]| -> [f64; R] { std::array::from_fn(|i| moments[i]) };
+    let moments: Vec<[f64; R]> =
+        task.kernels.iter().map(|kernel| leading(task.columns.moments(kernel))).collect();
     let mut engine = Engine::<V, R, K>::new(task.columns);
     let mut present = None;
     for (index, fragment) in task.fragments.iter().enumerate() {
