@@ -6,10 +6,12 @@
 
 mod ball;
 mod double_double;
+mod float_float;
 mod jet;
 
 pub use ball::Ball;
 pub use double_double::DoubleDouble;
+pub use float_float::FloatFloat;
 pub use jet::Jet;
 
 use std::fmt::Debug;
@@ -65,7 +67,7 @@ pub trait Field:
     }
 }
 
-/// An ordered [`Field`]: `f32`, `f64` or [`DoubleDouble`].
+/// An ordered [`Field`]: `f32`, `f64`, [`FloatFloat`] or [`DoubleDouble`].
 pub trait Real: Field + PartialOrd {
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;
