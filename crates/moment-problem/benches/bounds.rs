@@ -1,6 +1,7 @@
 //! Nanoseconds per bound: scalar closed forms, single-precision batches, and linear programs.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use moment_problem::arithmetic::FloatFloat;
 use moment_problem::batch::{
     Batch, VectorWidth, chebyshev_batch_at, hamburger4_batch_at, hamburger6_batch_at,
 };
@@ -59,6 +60,38 @@ fn scalar(criterion: &mut Criterion) {
     bench!("Hamburger 8", |b, t, z| hamburger(&b, z));
     bench!("Hausdorff 4", |b, t, z| hausdorff4(&[b[0], b[1], b[2], b[3]], z));
     bench!("trigonometric 4", |b, t, z| trigonometric4(&t, z));
+    group.finish();
+    single(criterion, &inputs);
+}
+
+/// Single floats and pairs of them, bias included: what a graphics processor computes.
+fn single(criterion: &mut Criterion, inputs: &[([f64; 8], [f64; 4], f64)]) {
+    let mut group = criterion.benchmark_group("single precision");
+    group.throughput(Throughput::Elements(inputs.len() as u64));
+    let inputs: Vec<([f32; 8], f32)> =
+        inputs.iter().map(|(b, _, z)| (b.map(|value| value as f32), *z as f32)).collect();
+    macro_rules! bench {
+        ($name:literal, $number:ty, |$b:ident, $z:ident| $body:expr) => {
+            group.bench_function($name, |bencher| {
+                bencher.iter(|| {
+                    for &(b, z) in &inputs {
+                        let (alpha, half) = (<$number>::from(2e-6f32), <$number>::from(0.5f32));
+                        let $b = b.map(|b| <$number>::from(b)).map(|b| b + alpha * (half - b));
+                        let $z = <$number>::from(z);
+                        black_box($body);
+                    }
+                })
+            });
+        };
+    }
+    bench!("Hamburger 4, f32", f32, |b, z| hamburger(&[b[0], b[1], b[2], b[3]], z));
+    bench!("Hamburger 4, pairs", FloatFloat, |b, z| hamburger(&[b[0], b[1], b[2], b[3]], z));
+    bench!("Hamburger 6, f32", f32, |b, z| hamburger::<f32, 6>(&std::array::from_fn(|i| b[i]), z));
+    bench!("Hamburger 6, pairs", FloatFloat, |b, z| {
+        hamburger::<FloatFloat, 6>(&std::array::from_fn(|i| b[i]), z)
+    });
+    bench!("Hausdorff 4, f32", f32, |b, z| hausdorff4(&[b[0], b[1], b[2], b[3]], z));
+    bench!("Hausdorff 4, pairs", FloatFloat, |b, z| hausdorff4(&[b[0], b[1], b[2], b[3]], z));
     group.finish();
 }
 
