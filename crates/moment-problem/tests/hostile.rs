@@ -66,7 +66,7 @@ fn input(random: &mut Random) -> ([f64; 8], [f64; 4], f64) {
             // Noise of any size, steps of a format, and no moments at all.
             5 => *value += random.small() * (random.unit() - 0.5),
             6 => *value = (*value * 1023.0).round() / 1023.0,
-            7 if random.next() % 4 == 0 => *value = nothing[(random.next() % 8) as usize],
+            7 if random.next().is_multiple_of(4) => *value = nothing[(random.next() % 8) as usize],
             7 => *value = 4.0 * random.unit() - 2.0,
             _ => {}
         }
