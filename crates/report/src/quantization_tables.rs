@@ -271,7 +271,9 @@ fn targets(tables: &QuantizationTables) -> String {
     }
     let header = ["bound", "transform", "format", "depths", "b*", "depth:weight"];
     let mut text = table("The b* that raises det B fastest", &words(&header), &rows);
-    text.push_str("\nFor the alpha that 99 % of the kernels of a workload need, found on these kernels after storage.\n");
+    text.push_str(
+        "\nAt the alpha that 99 % of the stored vectors need, for a sample of kernels before storage.\n",
+    );
     text
 }
 

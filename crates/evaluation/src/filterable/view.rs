@@ -96,13 +96,11 @@ impl LoadedScene<'_> {
         let map = DepthMap::new(width, height, depths).map_err(|error| fail(error.to_string()))?;
         let receivers = fragments(&stack, kernel);
         if receivers.is_empty() {
+            let side = kernel.size();
             let reason = format!(
-                "scene `{}`, view `{}`: no light-facing fragment has its {3}x{3} kernel inside a map of \
-                 {2}x{height} texels",
-                self.label,
-                light.name,
-                width,
-                kernel.size()
+                "scene `{}`, view `{}`: no light-facing fragment has its {side}x{side} kernel inside a map of \
+                 {width}x{height} texels",
+                self.label, light.name
             );
             return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
         }

@@ -186,7 +186,7 @@ impl Workload {
 /// Places of kernels and fragments that a block has already.
 #[derive(Clone, Default)]
 struct Known {
-    /// The last kernel of a hash. Kernels are not kept twice: two of one hash would not be told to be equal to a third.
+    /// The last kernel of each hash; should two kernels share one, the earlier is no longer found and its copies are kept.
     kernels: HashMap<u64, u32>,
     fragments: HashMap<(u16, u32, u16, u64), u32>,
 }
