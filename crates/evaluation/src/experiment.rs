@@ -6,6 +6,7 @@ use crate::filterable::FilterableExperiment;
 use crate::lines;
 use crate::quantization::QuantizationExperiment;
 use crate::search::SearchExperiment;
+use crate::stability::StabilityExperiment;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;
@@ -63,6 +64,8 @@ pub enum Kind {
     Quantization(QuantizationExperiment),
     /// All bases of a family, ranked by their error on scenes.
     Search(SearchExperiment),
+    /// Errors and failures of closed forms on inputs that are hard in a known way.
+    Stability(StabilityExperiment),
 }
 
 impl Kind {
@@ -90,9 +93,15 @@ impl Kind {
                 experiment.check().map_err(|error| error.to_string())?;
                 Ok(Self::Search(experiment))
             }
-            _ => Err(format!(
-                "kind = {kind} is unknown (known: \"bounds\", \"filterable\", \"quantization\", \"search\")"
-            )),
+            Some("stability") => {
+                let experiment: StabilityExperiment = table.try_into().map_err(|error| one_line(&error))?;
+                experiment.check().map_err(|error| error.to_string())?;
+                Ok(Self::Stability(experiment))
+            }
+            _ => {
+                let known = "\"bounds\", \"filterable\", \"quantization\", \"search\", \"stability\"";
+                Err(format!("kind = {kind} is unknown (known: {known})"))
+            }
         }
     }
 }
@@ -165,6 +174,11 @@ impl Experiment {
                 experiment.views.clear();
                 ("search", Table::try_from(&*experiment).map_err(fail)?)
             }
+            Kind::Stability(experiment) => {
+                experiment.scenes = scenes.to_vec();
+                experiment.views.clear();
+                ("stability", Table::try_from(&*experiment).map_err(fail)?)
+            }
             Kind::Bounds(_) => {
                 let reason = format!("experiment `{}` has no scenes that --scene could replace", self.name);
                 return Err(EvaluationError::Value(reason));
@@ -183,6 +197,7 @@ impl Experiment {
             Kind::Filterable(experiment) => &experiment.scenes,
             Kind::Quantization(experiment) => &experiment.scenes,
             Kind::Search(experiment) => &experiment.scenes,
+            Kind::Stability(experiment) => &experiment.scenes,
         }
     }
 }

@@ -16,6 +16,7 @@ mod quantization;
 mod run;
 mod run_directory;
 mod search;
+mod stability;
 
 pub use bounds::{
     BoundsExperiment, BoundsRecord, BoundsSample, Figure, KernelRecord, Mark, Technique, Timing,
@@ -41,3 +42,8 @@ pub use search::{
     SearchReference, SearchSample, SearchTiming, SearchViewRecord, Shard, StageRecord,
 };
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
+pub use stability::{
+    Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
+    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Storage, Timed,
+    WorstRecord,
+};

@@ -6,6 +6,7 @@ use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Scale};
 use crate::filterable::FilterableExperiment;
 use crate::quantization::QuantizationExperiment;
+use crate::stability::StabilityExperiment;
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use std::ops::Range;
@@ -18,6 +19,7 @@ pub(crate) fn of_mistake(source: &str, scale: Scale) -> Option<usize> {
     match kind.as_str() {
         "filterable" => mistake::<FilterableExperiment>(source, &table, FilterableExperiment::check),
         "quantization" => mistake::<QuantizationExperiment>(source, &table, QuantizationExperiment::check),
+        "stability" => mistake::<StabilityExperiment>(source, &table, StabilityExperiment::check),
         _ => None,
     }
 }

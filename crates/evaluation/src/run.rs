@@ -84,6 +84,9 @@ impl Experiment {
             Kind::Quantization(experiment) => {
                 (pool.install(|| experiment.run(options.progress)), experiment.seed)
             }
+            Kind::Stability(experiment) => {
+                (pool.install(|| experiment.run(options.progress)), experiment.seed)
+            }
             Kind::Search(experiment) => {
                 let context = SearchContext {
                     directory: directory.path(),

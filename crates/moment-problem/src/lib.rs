@@ -12,7 +12,7 @@
 //!   [`LinearProgram`].
 //! - [`fast_simplex`]: the same program on one finite support for millions of kernels, certified.
 //! - [`hamburger`], [`hausdorff`], [`trigonometric`], [`markov`]: the same closed forms as plain functions over `f32`,
-//!   `f64` or [`arithmetic::DoubleDouble`]; [`batch`]: many at once.
+//!   `f64` or [`arithmetic::DoubleDouble`]; [`batch`]: many at once; [`textbook`]: as published, for comparison.
 //!
 //! ```
 //! use moment_problem::{Basis, DepthDistribution, ExchangeSimplex, Hamburger, LowerBound, hamburger};
@@ -54,6 +54,7 @@ mod linear_program;
 pub mod markov;
 pub mod roots;
 mod semi_infinite;
+pub mod textbook;
 pub mod trigonometric;
 
 pub use basis::{Basis, BasisFunction, DEFAULT_FAMILY, FunctionKind, MAX_FUNCTIONS};

@@ -24,6 +24,7 @@ pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
         Kind::Filterable(filterable) => filterable_files(run, filterable),
         Kind::Quantization(quantization) => quantization_files(run, quantization),
         Kind::Search(search) => search_files(run, search),
+        Kind::Stability(_) => Ok(Vec::new()),
     }
 }
 

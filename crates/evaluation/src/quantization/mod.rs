@@ -17,3 +17,4 @@ pub use records::{
 pub use settings::{
     Alphas, BiasTarget, GainSetting, QuantizationExperiment, RangeName, StoreSetting, StructureName,
 };
+pub(crate) use variant::published;

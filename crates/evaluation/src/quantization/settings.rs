@@ -157,13 +157,7 @@ impl QuantizationExperiment {
                 return fail(key, format!("{key}: {value} is less than {least}"));
             }
         }
-        let Alphas { from, to, per_decade } = self.alphas;
-        if !(from > 0.0 && from <= to && to < 1.0 && per_decade > 0) {
-            let reason = format!(
-                "alphas: from = {from}, to = {to}, per_decade = {per_decade} are no steps between 0 and 1"
-            );
-            return fail("alphas", reason);
-        }
+        self.alphas.check()?;
         let kernel = self.kernel.build().map_err(in_key("kernel"))?;
         if kernel.size() > self.size as usize {
             let reason = format!("kernel.size = {} exceeds the map's size = {}", kernel.size(), self.size);
@@ -219,6 +213,18 @@ impl QuantizationExperiment {
 }
 
 impl Alphas {
+    /// Rejects what is no scale between 0 and 1.
+    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+        let Self { from, to, per_decade } = *self;
+        if from > 0.0 && from <= to && to < 1.0 && per_decade > 0 {
+            return Ok(());
+        }
+        let reason = format!(
+            "alphas: from = {from}, to = {to}, per_decade = {per_decade} are no steps between 0 and 1"
+        );
+        Err(EvaluationError::Key { key: "alphas".to_owned(), reason })
+    }
+
     /// All of them, ascending; the last is `to`.
     pub fn values(&self) -> Vec<f64> {
         let decades = (self.to / self.from).log10();

@@ -130,18 +130,21 @@ fn transform(
         "identity" => Ok((AffineTransform::identity(bound.order()), interval)),
         "plain" => Ok((compute(Computed::Plain, bound, interval).map_err(text)?, interval)),
         "optimal" => Ok((compute(Computed::Optimal, bound, interval).map_err(text)?, interval)),
-        _ => {
-            let Some(published) = Published::named(name) else {
-                let known: Vec<&str> = quantization::published::ALL.iter().map(|p| p.name).collect();
-                let known = known.join(", ");
-                return Err(format!("unknown transform (known: identity, plain, optimal, {known})"));
-            };
-            if bound == MomentBound::Trigonometric4 {
-                return Err("is a transform of power moments".to_owned());
-            }
-            Ok((published.transform().map_err(text)?, published.interval()))
-        }
+        _ => published(name, bound),
     }
+}
+
+/// A published transform with its depths, or why there is none.
+pub(crate) fn published(name: &str, bound: MomentBound) -> Result<(AffineTransform, DepthInterval), String> {
+    let Some(published) = Published::named(name) else {
+        let known: Vec<&str> = quantization::published::ALL.iter().map(|p| p.name).collect();
+        let known = known.join(", ");
+        return Err(format!("unknown transform (known: identity, plain, optimal, {known})"));
+    };
+    if bound == MomentBound::Trigonometric4 {
+        return Err("is a transform of power moments".to_owned());
+    }
+    Ok((published.transform().map_err(|error| error.to_string())?, published.interval()))
 }
 
 /// Each function stretched to \[0, 1\] by itself.

@@ -1,0 +1,243 @@
+//! One way to compute a bound, applied to the moments of an input.
+
+use super::family::{Input, Moments};
+use super::settings::{Arithmetic, Route, StabilityMethod};
+use crate::error::EvaluationError;
+use crate::quantization::published;
+use moment_problem::arithmetic::{DoubleDouble, FloatFloat, Real};
+use moment_problem::hamburger::{Pair, hamburger, hamburger4};
+use moment_problem::hausdorff::hausdorff4;
+use moment_problem::textbook;
+use moment_problem::trigonometric::trigonometric4;
+use quantization::{AffineTransform, DepthInterval, Encoding, NumberFormat};
+use shadow_filtering::techniques::MomentBound;
+
+/// Most moments.
+pub(crate) const MAX_MOMENTS: usize = 8;
+
+/// Moments in the variable of a method, the first ones of eight.
+pub(crate) type Vector<R> = [R; MAX_MOMENTS];
+
+/// A method with its storage resolved.
+pub(crate) struct Prepared {
+    pub(crate) bound: MomentBound,
+    pub(crate) route: Route,
+    pub(crate) arithmetic: Arithmetic,
+    pub(crate) signed: bool,
+    encoding: Option<Encoding>,
+    pub(crate) target: Vector<f64>,
+    pub(crate) alpha: f64,
+}
+
+/// What a method makes of an input.
+pub(crate) struct Answer {
+    /// The lower bound before any clamping, if it is a number.
+    pub(crate) lower: Option<f64>,
+    /// The upper bound, where the route has one.
+    pub(crate) upper: Option<f64>,
+}
+
+impl Prepared {
+    /// Resolves a method; `index` is its place in the experiment.
+    pub(crate) fn new(method: &StabilityMethod, index: usize) -> Result<Self, EvaluationError> {
+        let fail = |key: &str, reason: String| {
+            let key = format!("method[{index}].{key}");
+            Err(EvaluationError::Key { reason: format!("{key}: {reason}"), key })
+        };
+        let order = method.bound.order();
+        if method.target.len() != order || method.target.iter().any(|value| !value.is_finite()) {
+            return fail("target", format!("{:?} are not the {order} numbers of b*", method.target));
+        }
+        if !(0.0..1.0).contains(&method.alpha) {
+            return fail("alpha", format!("{} is not in [0, 1)", method.alpha));
+        }
+        if method.route == Route::Textbook && method.bound == MomentBound::Trigonometric4 {
+            let reason = "the algorithm of trigonometric moments is not published in full".to_owned();
+            return fail("route", reason);
+        }
+        let mut interval = method.range.interval();
+        let mut encoding = None;
+        if let Some(storage) = &method.storage {
+            let format: NumberFormat = match storage.format.parse() {
+                Ok(NumberFormat::U32Fixed { .. }) => {
+                    return fail("storage.format", format!("{} belongs to sums, not texels", storage.format));
+                }
+                Ok(format) => format,
+                Err(error) => return fail("storage.format", error.to_string()),
+            };
+            let transform = if storage.transform == "identity" {
+                AffineTransform::identity(order)
+            } else {
+                match published(&storage.transform, method.bound) {
+                    Ok((transform, own)) => {
+                        interval = own;
+                        transform
+                    }
+                    Err(reason) => return fail("storage.transform", reason),
+                }
+            };
+            if transform.order() != order {
+                let reason = format!("`{}` is of order {}", storage.transform, transform.order());
+                return fail("storage.transform", reason);
+            }
+            encoding = Some(Encoding::new(transform, format));
+        }
+        let signed = interval == DepthInterval::SIGNED;
+        if signed && matches!(method.bound, MomentBound::Hausdorff4 | MomentBound::Trigonometric4) {
+            return fail("range", format!("{} needs depths from 0 to 1", method.bound.name()));
+        }
+        let mut target = [0.0; MAX_MOMENTS];
+        target[..order].copy_from_slice(&method.target);
+        let StabilityMethod { bound, route, arithmetic, alpha, .. } = *method;
+        Ok(Self { bound, route, arithmetic, signed, encoding, target, alpha })
+    }
+
+    /// Whether two methods have the same exact bound at the same alpha.
+    pub(crate) fn same_problem(&self, other: &Self) -> bool {
+        (self.bound, self.signed, self.target) == (other.bound, other.signed, other.target)
+    }
+
+    /// The moments in the method's variable.
+    pub(crate) fn moments<'a, R>(&self, moments: &'a Moments<R>) -> &'a Vector<R> {
+        match (self.bound, self.signed) {
+            (MomentBound::Trigonometric4, _) => &moments.waves,
+            (_, true) => &moments.signed,
+            (_, false) => &moments.unit,
+        }
+    }
+
+    /// z_f in the method's variable.
+    pub(crate) fn depth(&self, input: &Input) -> f64 {
+        if self.signed { 2.0 * input.z_f - 1.0 } else { input.z_f }
+    }
+
+    /// What is stored of the moments, as numbers; without storage there is nothing to be done.
+    pub(crate) fn stored(&self, moments: &Vector<DoubleDouble>) -> Option<Vector<f64>> {
+        let encoding = self.encoding.as_ref()?;
+        let order = self.bound.order();
+        let b = moments.map(Real::to_f64);
+        let mut stored = [0.0; MAX_MOMENTS];
+        encoding.transform().apply(&b[..order], &mut stored[..order]);
+        stored.iter_mut().for_each(|value| *value = encoding.format().round(*value));
+        Some(stored)
+    }
+
+    /// Decodes, biases and bounds in the method's arithmetic.
+    pub(crate) fn answer(
+        &self,
+        moments: &Vector<DoubleDouble>,
+        stored: Option<&Vector<f64>>,
+        z_f: f64,
+        alpha: f64,
+    ) -> Answer {
+        match self.arithmetic {
+            Arithmetic::F32 => self.compute::<f32>(moments, stored, z_f, alpha),
+            Arithmetic::F64 => self.compute::<f64>(moments, stored, z_f, alpha),
+            Arithmetic::Pairs => self.compute::<FloatFloat>(moments, stored, z_f, alpha),
+        }
+    }
+
+    fn compute<R: Real>(
+        &self,
+        moments: &Vector<DoubleDouble>,
+        stored: Option<&Vector<f64>>,
+        z_f: f64,
+        alpha: f64,
+    ) -> Answer {
+        let b: Vector<R> = match stored {
+            Some(stored) => self.decoded(stored),
+            None => moments.map(R::from_double_double),
+        };
+        self.bounded(&self.biased(&b, alpha), R::from_f64(z_f))
+    }
+
+    /// Undoes the transform in the arithmetic of the method.
+    fn decoded<R: Real>(&self, stored: &Vector<f64>) -> Vector<R> {
+        let mut b = [R::zero(); MAX_MOMENTS];
+        if let Some(encoding) = &self.encoding {
+            let transform = encoding.transform();
+            for (value, row) in b.iter_mut().zip(transform.inverse().chunks_exact(transform.order())) {
+                let terms = row.iter().zip(stored).zip(transform.offset());
+                *value = terms.fold(R::zero(), |sum, ((&m, &s), &o)| {
+                    sum + R::from_f64(m) * (R::from_f64(s) - R::from_f64(o))
+                });
+            }
+        }
+        b
+    }
+
+    fn biased<R: Real>(&self, b: &Vector<R>, alpha: f64) -> Vector<R> {
+        let alpha = R::from_f64(alpha);
+        std::array::from_fn(|k| b[k] + alpha * (R::from_f64(self.target[k]) - b[k]))
+    }
+
+    /// The bound of biased moments.
+    fn bounded<R: Real>(&self, b: &Vector<R>, z_f: R) -> Answer {
+        match self.route {
+            Route::Textbook => Answer { lower: published_bound(self.bound, b, z_f), upper: None },
+            Route::Ours => {
+                let Pair { lower, upper } = our_bounds(self.bound, b, z_f);
+                let number = |value: R| Some(value.to_f64()).filter(|value| value.is_finite());
+                Answer { lower: number(lower), upper: number(upper) }
+            }
+        }
+    }
+
+    /// The exact bound of the exact moments with a bias.
+    pub(crate) fn exact_biased(&self, moments: &Vector<DoubleDouble>, z_f: f64, alpha: f64) -> f64 {
+        let biased = self.biased(moments, alpha);
+        our_bounds(self.bound, &biased, DoubleDouble::from(z_f)).lower.to_f64()
+    }
+
+    /// The numbers that [`Prepared::answer_plain`] starts from: what is stored, else the moments in double precision.
+    pub(crate) fn ready(&self, moments: &Vector<DoubleDouble>) -> Vector<f64> {
+        self.stored(moments).unwrap_or(moments.map(Real::to_f64))
+    }
+
+    /// At the recommended bias, from stored numbers or, without storage, from moments in double precision.
+    pub(crate) fn answer_plain(&self, ready: &Vector<f64>, z_f: f64) -> Answer {
+        match self.arithmetic {
+            Arithmetic::F32 => self.plain::<f32>(ready, z_f),
+            Arithmetic::F64 => self.plain::<f64>(ready, z_f),
+            Arithmetic::Pairs => self.plain::<FloatFloat>(ready, z_f),
+        }
+    }
+
+    fn plain<R: Real>(&self, ready: &Vector<f64>, z_f: f64) -> Answer {
+        let b: Vector<R> = if self.encoding.is_some() { self.decoded(ready) } else { ready.map(R::from_f64) };
+        self.bounded(&self.biased(&b, self.alpha), R::from_f64(z_f))
+    }
+
+    /// Whether inputs without an exact bound are given to it: single or double precision, our forms, no storage.
+    pub(crate) fn is_checked(&self) -> bool {
+        self.route == Route::Ours && self.arithmetic != Arithmetic::Pairs && self.encoding.is_none()
+    }
+}
+
+fn leading<R: Copy, const M: usize>(b: &Vector<R>) -> [R; M] {
+    std::array::from_fn(|k| b[k])
+}
+
+/// Our form of a bound.
+pub(crate) fn our_bounds<R: Real>(bound: MomentBound, b: &Vector<R>, z_f: R) -> Pair<R> {
+    match bound {
+        MomentBound::Hamburger2 => hamburger(&leading::<R, 2>(b), z_f),
+        MomentBound::Hamburger4 => hamburger4(&leading(b), z_f),
+        MomentBound::Hamburger6 => hamburger(&leading::<R, 6>(b), z_f),
+        MomentBound::Hamburger8 => hamburger(b, z_f),
+        MomentBound::Hausdorff4 => hausdorff4(&leading(b), z_f),
+        MomentBound::Trigonometric4 => trigonometric4(&leading(b), z_f),
+    }
+}
+
+fn published_bound<R: Real>(bound: MomentBound, b: &Vector<R>, z_f: R) -> Option<f64> {
+    let value = match bound {
+        MomentBound::Hamburger2 => textbook::hamburger(&leading::<R, 2>(b), z_f),
+        MomentBound::Hamburger4 => textbook::hamburger4(&leading(b), z_f),
+        MomentBound::Hamburger6 => textbook::hamburger(&leading::<R, 6>(b), z_f),
+        MomentBound::Hamburger8 => textbook::hamburger(b, z_f),
+        MomentBound::Hausdorff4 => textbook::hausdorff4(&leading(b), z_f),
+        MomentBound::Trigonometric4 => None,
+    };
+    value.map(Real::to_f64)
+}
