@@ -189,6 +189,10 @@ pub(crate) struct Canonical<R> {
     pub count: usize,
     /// Moments about z_f of orders 0 to `count`.
     shifted: [R; MAX_POINTS],
+    /// Taylor coefficients at z_f of P_0 to P_count.
+    taylor: [[R; MAX_POINTS]; MAX_POINTS],
+    /// d_0 to d_count.
+    pivots: [R; MAX_POINTS],
     /// First pivot that was not positive beyond rounding, with its (1-based) index.
     pub singular: Option<(usize, R)>,
 }
@@ -267,7 +271,7 @@ pub(crate) fn canonical<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> Ca
             shifted[j] = shifted[j] - z_f * shifted[j - 1];
         }
     }
-    Canonical { at_z_f: R::one() / q[0], inverse_offsets, count: points - 1, shifted, singular }
+    Canonical { at_z_f: R::one() / q[0], inverse_offsets, count: points - 1, shifted, taylor, pivots, singular }
 }
 
 impl<R: Real> Canonical<R> {
@@ -315,18 +319,40 @@ impl<R: Real> Canonical<R> {
         points
     }
 
+    /// The weight of the point z_f + 1 / w: its Christoffel number 1 / K(z, z), a sum of squares in which nothing
+    /// cancels, whereas weights from the moments lose all digits where a point is close to z_f.
+    fn christoffel(&self, w: R) -> R {
+        let n = self.count;
+        let is_near = w.abs() >= R::one();
+        let u = R::one() / w;
+        let mut sum = R::zero();
+        for (row, &pivot) in self.taylor.iter().zip(&self.pivots).take(n + 1) {
+            // P_k(z_f + u), or w^n times it where u is large.
+            let value = if is_near {
+                row[..=n].iter().rev().fold(R::zero(), |value, &c| value * u + c)
+            } else {
+                row[..=n].iter().fold(R::zero(), |value, &c| value * w + c)
+            };
+            sum = sum + value * value / pivot;
+        }
+        let weight = R::one() / sum;
+        if is_near { weight } else { weight * w.powi(2 * n as i32) }
+    }
+
     /// The two bounds.
     pub(crate) fn bounds(&self) -> Pair<R> {
         let zero = R::zero();
-        let front = self.inverse_offsets[..self.count].iter().filter(|&&w| w < zero).count();
-        let lower = if front == 0 {
-            zero
-        } else if front == self.count {
-            R::one() - self.at_z_f
-        } else {
-            self.expectation(self.inverse_offsets.map(|w| if w < zero { R::one() } else { zero }))
-        };
-        Pair::clamped(lower, lower + self.at_z_f)
+        let (mut front, mut behind) = (zero, zero);
+        for &w in &self.inverse_offsets[..self.count] {
+            if w < zero {
+                front = front + self.christoffel(w);
+            } else if w > zero {
+                behind = behind + self.christoffel(w);
+            }
+        }
+        // All weights sum to 1, but for the rounding of the points.
+        let total = front + self.at_z_f + behind;
+        Pair::clamped(front / total, R::one() - behind / total)
     }
 }
 

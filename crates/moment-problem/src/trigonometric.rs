@@ -164,7 +164,8 @@ fn two_points<R: Real>(h: &[R; 5], in_front: impl Fn(R) -> bool) -> Candidate<R>
 fn three_points<R: Real>(h: &[R; 5], in_front: impl Fn(R) -> bool) -> Option<Candidate<R>> {
     let (zero, one) = (R::zero(), R::one());
     let [alpha, beta, gamma] = node_quadratic(h);
-    let noise = R::from_f64(RANK_ROUNDINGS * R::EPSILON);
+    // The h_k err by a rounding of 1 each, their products by as much times the other factor.
+    let noise = R::from_f64(RANK_ROUNDINGS * R::EPSILON) * (h[0] + h[1].abs() + h[2] + h[3].abs()).abs();
     if alpha.abs() <= noise && beta.abs() <= noise && gamma.abs() <= noise {
         return Some(two_points(h, in_front));
     }
