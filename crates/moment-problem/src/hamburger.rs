@@ -50,13 +50,20 @@ fn pivot_floor<R: Real>(moment: R) -> R {
     R::from_f64(PIVOT_ROUNDINGS * R::EPSILON) * moment.abs() + R::from_f64(R::TINY)
 }
 
+/// A pivot that cannot be negative. Where rounding made it so, it tells how large the rounding is, and the weight at
+/// z_f, which is proportional to the last pivot, becomes as uncertain as the moments are.
+#[inline(always)]
+fn positive_pivot<R: Real>(pivot: R, moment: R) -> R {
+    pivot.abs().max(pivot_floor(moment))
+}
+
 /// Bounds from mean and second moment (variance shadow maps): Cantelli's inequality.
 ///
 /// Zero variance means one surface at the mean: the lower bound is 0 up to the mean and 1 beyond it.
 #[inline(always)]
 pub fn chebyshev<R: Real>(moments: &[R; 2], z_f: R) -> Pair<R> {
     let offset = z_f - moments[0];
-    let variance = (moments[1] - moments[0] * moments[0]).max(R::zero());
+    let variance = (moments[1] - moments[0] * moments[0]).abs();
     let square = offset * offset;
     let sum = variance + square;
     let one = R::one();
@@ -122,10 +129,7 @@ pub(crate) fn solve4<R: Real>(moments: &[R; 4], z_f: R) -> Solution4<R> {
     }
     let e = b3 - b1 * b2;
     let l = e / d1;
-    let d2 = b4 - b2 * b2 - l * e;
-    if d2 <= zero {
-        return Solution4::Degenerate(degenerate4(moments, z_f, d1, l));
-    }
+    let d2 = positive_pivot(b4 - b2 * b2 - l * e, b4);
     // P_1 and P_2 at z_f; w-polynomial times d1 d2, so that nothing divides by a small pivot.
     let p1 = z_f - b1;
     let p2 = z_f * z_f - b2 - l * p1;
@@ -146,33 +150,6 @@ pub(crate) fn solve4<R: Real>(moments: &[R; 4], z_f: R) -> Solution4<R> {
 #[inline(always)]
 fn front_weight<R: Real>(w1: R, w2: R, s1: R, s2: R) -> R {
     w1 * w1 * (s1 - s2 * w2) / (w1 - w2)
-}
-
-/// Two surfaces: the second pivot vanishes, and the surfaces are the roots of P_2.
-#[cold]
-fn degenerate4<R: Real>(moments: &[R; 4], z_f: R, variance: R, l: R) -> Pair<R> {
-    let [b1, b2, ..] = *moments;
-    let p1 = z_f - b1;
-    let p2 = z_f * z_f - b2 - l * p1;
-    // P_2(z_f + 1/w) w^2 = P_2 w^2 + P_2' w + 1.
-    let slope = z_f + z_f - l;
-    let (zero, one) = (R::zero(), R::one());
-    let noise = R::from_f64(PIVOT_ROUNDINGS * R::EPSILON) * (b2.abs() + z_f * z_f) + R::from_f64(R::TINY);
-    if p2.abs() <= noise {
-        // z_f is one of the two surfaces; the other is at 1 / w = -slope behind or in front of it.
-        let other = -slope;
-        let weight = if other == zero { zero } else { (b1 - z_f) / other };
-        return if other < zero { Pair::clamped(weight, one) } else { Pair::clamped(zero, one - weight) };
-    }
-    let [w1, w2] = roots::quadratic(slope / p2, one / p2);
-    let lower = if w1 >= zero {
-        zero
-    } else if w2 < zero {
-        one
-    } else {
-        front_weight(w1, w2, -p1, variance + p1 * p1)
-    };
-    Pair::clamped(lower, lower)
 }
 
 /// Largest number of support points: m = 8 moments have 5.
@@ -238,7 +215,7 @@ pub(crate) fn canonical<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> Ca
         let floor = pivot_floor(hankel(2 * k));
         if pivot <= floor {
             singular = Some((k + 1, pivot));
-            pivots[k] = floor;
+            pivots[k] = positive_pivot(pivot, hankel(2 * k));
             points = k + 1;
             break;
         }
@@ -271,7 +248,15 @@ pub(crate) fn canonical<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> Ca
             shifted[j] = shifted[j] - z_f * shifted[j - 1];
         }
     }
-    Canonical { at_z_f: R::one() / q[0], inverse_offsets, count: points - 1, shifted, taylor, pivots, singular }
+    Canonical {
+        at_z_f: R::one() / q[0],
+        inverse_offsets,
+        count: points - 1,
+        shifted,
+        taylor,
+        pivots,
+        singular,
+    }
 }
 
 impl<R: Real> Canonical<R> {
