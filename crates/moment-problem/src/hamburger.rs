@@ -260,7 +260,8 @@ pub(crate) fn canonical<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> Ca
 }
 
 impl<R: Real> Canonical<R> {
-    /// E\[phi\] where phi(z_f) = 0 and phi(z_i) = `values[i]`, by Newton's divided differences in w.
+    /// E\[phi\] where phi(z_f) = 0 and phi(z_i) = `values[i]`, by Newton's divided differences in w: for the evidence
+    /// in double-double, where points may lie at infinity.
     ///
     /// With N = count, u = z - z_f and w = 1 / u the function w^N phi is a polynomial of degree N - 1 in w, and the
     /// expectation of u^k corresponds to the coefficient of w^(N-k).
@@ -311,7 +312,9 @@ impl<R: Real> Canonical<R> {
         let is_near = w.abs() >= R::one();
         let u = R::one() / w;
         let mut sum = R::zero();
-        for (row, &pivot) in self.taylor.iter().zip(&self.pivots).take(n + 1) {
+        // Where d_n vanishes the points are the roots of P_n.
+        let terms = if self.singular.is_some() { n } else { n + 1 };
+        for (row, &pivot) in self.taylor.iter().zip(&self.pivots).take(terms) {
             // P_k(z_f + u), or w^n times it where u is large.
             let value = if is_near {
                 row[..=n].iter().rev().fold(R::zero(), |value, &c| value * u + c)
@@ -337,7 +340,46 @@ impl<R: Real> Canonical<R> {
         }
         // All weights sum to 1, but for the rounding of the points.
         let total = front + self.at_z_f + behind;
-        Pair::clamped(front / total, R::one() - behind / total)
+        let lower = (front / total).min(self.mass_before());
+        Pair::clamped(lower, R::one() - behind / total)
+    }
+
+    /// The mass in front of z_f from the moments: the expectation of the polynomial in u = z - z_f that is 1 at the
+    /// points in front and 0 at the others, by Newton's divided differences (BHS16 section 2.5).
+    fn mass_before(&self) -> R {
+        let (zero, one) = (R::zero(), R::one());
+        // Ascending in u: points in front have w < 0, the nearest the largest |w|; then z_f; then those behind.
+        let mut nodes = [zero; MAX_POINTS];
+        let mut table = [zero; MAX_POINTS];
+        let mut count = 0;
+        let w = &self.inverse_offsets[..self.count];
+        let infinite = R::from_f64(R::TINY);
+        for &w in w.iter().rev().filter(|w| **w < -infinite) {
+            nodes[count] = one / w;
+            table[count] = one;
+            count += 1;
+        }
+        count += 1;
+        for &w in w.iter().rev().filter(|w| **w > infinite) {
+            nodes[count] = one / w;
+            count += 1;
+        }
+        for order in 1..count {
+            for i in (order..count).rev() {
+                let step = nodes[i] - nodes[i - order];
+                table[i] = if step == zero { zero } else { (table[i] - table[i - 1]) / step };
+            }
+        }
+        // Horner's rule from the Newton form to monomial coefficients, times the moments about z_f.
+        let mut coefficients = [zero; MAX_POINTS];
+        for i in (0..count).rev() {
+            for j in (1..count).rev() {
+                coefficients[j] = coefficients[j - 1] - nodes[i] * coefficients[j];
+            }
+            coefficients[0] = table[i] - nodes[i] * coefficients[0];
+        }
+        let terms = coefficients.iter().zip(&self.shifted).take(count);
+        terms.fold(zero, |sum, (&c, &moment)| sum + c * moment)
     }
 }
 
