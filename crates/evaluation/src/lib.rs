@@ -41,6 +41,7 @@ pub use search::{
     MarkRecord, Prediction, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord,
     SearchReference, SearchSample, SearchTiming, SearchViewRecord, Shard, StageRecord,
 };
+pub use shadow_filtering::techniques::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,

@@ -17,6 +17,10 @@ mod run_report;
 mod search_figures;
 mod search_summary;
 mod search_tables;
+mod stability_claims;
+mod stability_figures;
+mod stability_summary;
+mod stability_tables;
 
 pub use bound_chart::{BoundChart, BoundCurve};
 pub use error::ReportError;

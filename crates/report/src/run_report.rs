@@ -6,13 +6,14 @@ use crate::canvas::NamedFigure;
 use crate::error::ReportError;
 use crate::quantization_summary::QuantizationTables;
 use crate::search_summary::SearchTables;
+use crate::stability_summary::StabilityTables;
 use crate::{
     filterable_figures, filterable_summary, filterable_tables, quantization_figures, quantization_tables,
-    search_figures, search_tables,
+    search_figures, search_tables, stability_figures, stability_tables,
 };
 use evaluation::{
     BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Kind, Provenance,
-    QuantizationExperiment, RecordedFile, RunDirectory, Scale, SearchExperiment,
+    QuantizationExperiment, RecordedFile, RunDirectory, Scale, SearchExperiment, StabilityExperiment,
 };
 use std::fmt::Write as _;
 
@@ -24,7 +25,7 @@ pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
         Kind::Filterable(filterable) => filterable_files(run, filterable),
         Kind::Quantization(quantization) => quantization_files(run, quantization),
         Kind::Search(search) => search_files(run, search),
-        Kind::Stability(_) => Ok(Vec::new()),
+        Kind::Stability(stability) => stability_files(run, stability),
     }
 }
 
@@ -86,6 +87,23 @@ fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec
         expectation: &experiment.expectation,
         answer: tables.answer(),
         table: search_tables::markdown(experiment, &tables),
+        figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
+        provenance: run.provenance()?,
+    };
+    Ok(with_page(&page, &figures))
+}
+
+fn stability_files(
+    run: &RunDirectory,
+    experiment: &StabilityExperiment,
+) -> Result<Vec<RecordedFile>, ReportError> {
+    let tables = StabilityTables::read(run, experiment)?;
+    let figures = stability_figures::draw(&tables)?;
+    let page = Page {
+        question: &experiment.question,
+        expectation: &experiment.expectation,
+        answer: tables.answer(),
+        table: stability_tables::markdown(&tables),
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
         provenance: run.provenance()?,
     };

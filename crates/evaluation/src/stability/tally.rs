@@ -43,7 +43,7 @@ impl LogHistogram {
             sum += count;
             if sum >= wanted {
                 let middle = (place as f64 - 0.5) / PER_DECADE - DECADES;
-                return if place == 0 { 0.0 } else { 10f64.powf(middle) };
+                return if place == 0 { 0.0 } else { 10f64.powf(middle).min(1.0) };
             }
         }
         0.0
