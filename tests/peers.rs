@@ -1,4 +1,4 @@
-//! Single precision beside other programs' shaders, on the inputs that these were run with.
+//! Single precision and 16 bits beside other programs' shaders, on the inputs that these were run with.
 //!
 //! The inputs and outputs are not part of the project; where they are missing there is nothing to compare with.
 // Clippy's exemption for tests does not reach the functions that they share.
@@ -66,29 +66,111 @@ fn summary(sorted: &[f64]) -> [f64; 3] {
     [*sorted.last().unwrap(), p99, above as f64 / sorted.len() as f64]
 }
 
-const CASES: [(&str, &[f32]); 6] = [
-    ("mjp_hamburger4_f32", &[0.5; 4]),
-    ("mjp_hausdorff4_f32", &[0.5; 4]),
-    ("forge3d_msm4_f32", &[0.5; 4]),
-    ("mboit_power4_f32", &[0.0, 0.375, 0.0, 0.375]),
-    ("mboit_power6_f32", &[0.0, 0.48, 0.0, 0.451, 0.0, 0.45]),
-    ("mboit_power8_f32", &[0.0, 0.75, 0.0, 0.676_666_7, 0.0, 0.63, 0.0, 0.600_303_03]),
+/// A file of outputs with its b* and how the other program reads stored numbers.
+struct Case {
+    file: &'static str,
+    target: &'static [f32],
+    storage: Storage,
+}
+
+/// From stored 16-bit codes q / 65535 to moments: a row of the inverse for each moment, applied to the stored values less
+/// an offset.
+enum Storage {
+    /// Moments as they are.
+    Plain,
+    Codes {
+        offset: &'static [f32],
+        inverse: &'static [&'static [f32]],
+    },
+}
+
+const HALF: &[f32] = &[0.5; 4];
+const SQRT_3: f32 = 1.732_050_8;
+
+// Digits beyond single precision are the programs' own.
+#[allow(clippy::excessive_precision)]
+/// The inverse of theta_4 (MSM15 section 4.3) with the digits that the programs use.
+const THETA_4: Storage = Storage::Codes {
+    offset: &[0.035_955_884_801, 0.0, 0.0, 0.0],
+    inverse: &[
+        &[0.222_774_414_6, 0.077_197_286_1, 0.792_698_663_6, 0.031_941_755_5],
+        &[0.154_967_926_1, 0.139_462_942_6, 0.796_341_583_8, -0.172_282_317_3],
+        &[0.145_198_894_6, 0.212_020_215_7, 0.725_869_446_4, -0.275_801_481_1],
+        &[0.163_127_443, 0.259_143_226_6, 0.653_909_249_7, -0.337_613_173_4],
+    ],
+};
+
+/// The inverse for four moments that GDC16 prints.
+const GDC16: Storage = Storage::Codes {
+    offset: &[0.5, 0.0, 0.5, 0.0],
+    inverse: &[
+        &[-1.0 / 3.0, 0.0, SQRT_3, 0.0],
+        &[0.0, 0.125, 0.0, 1.0],
+        &[-0.75, 0.0, 0.75 * SQRT_3, 0.0],
+        &[0.0, -0.125, 0.0, 1.0],
+    ],
+};
+
+const CASES: [Case; 11] = [
+    Case { file: "mjp_hamburger4_f32", target: HALF, storage: Storage::Plain },
+    Case { file: "mjp_hausdorff4_f32", target: HALF, storage: Storage::Plain },
+    Case { file: "forge3d_msm4_f32", target: HALF, storage: Storage::Plain },
+    Case { file: "mboit_power4_f32", target: &[0.0, 0.375, 0.0, 0.375], storage: Storage::Plain },
+    Case { file: "mboit_power6_f32", target: &[0.0, 0.48, 0.0, 0.451, 0.0, 0.45], storage: Storage::Plain },
+    Case {
+        file: "mboit_power8_f32",
+        target: &[0.0, 0.75, 0.0, 0.676_666_7, 0.0, 0.63, 0.0, 0.600_303_03],
+        storage: Storage::Plain,
+    },
+    Case { file: "forge3d_msm4_f16", target: HALF, storage: Storage::Plain },
+    Case { file: "mjp_hamburger4_u16", target: HALF, storage: THETA_4 },
+    Case { file: "mjp_hausdorff4_u16", target: HALF, storage: THETA_4 },
+    Case { file: "mboit_power4_u16_paper", target: &[0.0, 0.628, 0.0, 0.628], storage: GDC16 },
+    Case { file: "mboit_power4_u16_app", target: &[0.0, 0.628, 0.0, 0.628], storage: GDC16 },
 ];
 
-fn ours<R: Real>(file: &str, b: &[R], z_f: R) -> R {
-    fn array<R: Real, const M: usize>(b: &[R]) -> [R; M] {
-        std::array::from_fn(|i| b[i])
+impl Case {
+    /// The biased moments of a row.
+    fn moments<R: Real>(&self, row: &Row) -> Vec<R> {
+        let number = |value: f32| R::from_f64(f64::from(value));
+        let b: Vec<R> = match &self.storage {
+            Storage::Plain => row.inputs.iter().map(|&value| number(value)).collect(),
+            Storage::Codes { offset, inverse } => {
+                let stored: Vec<R> = row
+                    .inputs
+                    .iter()
+                    .zip(*offset)
+                    .map(|(&code, &offset)| number(code / 65535.0) - number(offset))
+                    .collect();
+                let decoded = |line: &&[f32]| {
+                    let terms = line.iter().zip(&stored);
+                    terms.fold(R::zero(), |sum, (&factor, &value)| sum + number(factor) * value)
+                };
+                inverse.iter().map(decoded).collect()
+            }
+        };
+        let bias = |(&b, &t): (&R, &f32)| b + number(row.alpha) * (number(t) - b);
+        b.iter().zip(self.target).map(bias).collect()
     }
-    match (file, b.len()) {
-        ("mjp_hausdorff4_f32", _) => hausdorff4(&array(b), z_f).lower,
-        (_, 4) => hamburger4(&array(b), z_f).lower,
-        (_, 6) => hamburger(&array::<R, 6>(b), z_f).lower,
-        _ => hamburger(&array::<R, 8>(b), z_f).lower,
+
+    fn ours<R: Real>(&self, row: &Row) -> f64 {
+        fn array<R: Real, const M: usize>(b: &[R]) -> [R; M] {
+            std::array::from_fn(|i| b[i])
+        }
+        let (b, z_f) = (self.moments::<R>(row), R::from_f64(f64::from(row.z_f)));
+        let lower = match b.len() {
+            4 if self.file.contains("hausdorff") => hausdorff4(&array(&b), z_f).lower,
+            4 => hamburger4(&array(&b), z_f).lower,
+            6 => hamburger(&array::<R, 6>(&b), z_f).lower,
+            _ => hamburger(&array::<R, 8>(&b), z_f).lower,
+        };
+        // The result is a single float.
+        f64::from(lower.to_f64() as f32)
     }
 }
 
-/// Ours first.
-type Both = [Errors; 2];
+/// In pairs, in single floats, and the other program.
+type All = [Errors; 3];
 
 #[test]
 fn pairs_of_single_floats_err_less_than_other_programs() {
@@ -96,27 +178,31 @@ fn pairs_of_single_floats_err_less_than_other_programs() {
         println!("no outputs of other programs at hand: nothing compared");
         return;
     };
-    for (file, target) in CASES {
-        let mut by_kind: BTreeMap<String, Both> = BTreeMap::new();
+    for case in &CASES {
+        let file = case.file;
+        let mut by_kind: BTreeMap<String, All> = BTreeMap::new();
         for row in rows(&folder.join(format!("{file}.csv"))) {
             let Some(exact) = row.exact else { continue };
-            let pair = FloatFloat::from;
-            let bias = |(&b, &t): (&f32, &f32)| pair(b) + pair(row.alpha) * (pair(t) - pair(b));
-            let biased: Vec<FloatFloat> = row.inputs.iter().zip(target).map(bias).collect();
-            let value = f64::from(ours(file, &biased, pair(row.z_f)).to_f32());
-            assert!(value.is_finite() && (0.0..=1.0).contains(&value), "{file} {}: {value}", row.kind);
+            let values = [case.ours::<FloatFloat>(&row), case.ours::<f32>(&row)];
+            for value in values {
+                assert!(value.is_finite() && (0.0..=1.0).contains(&value), "{file} {}: {value}", row.kind);
+            }
             for kind in ["all kinds", &row.kind] {
-                let [mine, theirs] = by_kind.entry(kind.to_owned()).or_default();
-                mine.push(value, exact);
+                let [pairs, single, theirs] = by_kind.entry(kind.to_owned()).or_default();
+                pairs.push(values[0], exact);
+                single.push(values[1], exact);
                 theirs.push(row.peer, exact);
             }
         }
         assert!(by_kind.len() > 10, "{file}");
-        for (kind, [mine, theirs]) in by_kind {
-            let (mine, theirs) = (summary(&mine.sorted()), summary(&theirs.sorted()));
+        for (kind, all) in by_kind {
+            let [mine, single, theirs] = all.map(|errors| summary(&errors.sorted()));
+            let text = |[max, p99, above]: [f64; 3]| format!("{max:.1e} {p99:.1e} {:.2} %", 100.0 * above);
             println!(
-                "{file:20} {kind:10} ours {:.1e} {:.1e} {:.4}  theirs {:.1e} {:.1e} {:.4}",
-                mine[0], mine[1], mine[2], theirs[0], theirs[1], theirs[2]
+                "{file:22} {kind:10} pairs {}  f32 {}  theirs {}",
+                text(mine),
+                text(single),
+                text(theirs)
             );
             // The result itself is a single float: no error below half of its last place counts.
             let below = |i: usize| mine[i] <= theirs[i].max(LAST_PLACE);
