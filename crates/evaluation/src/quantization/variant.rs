@@ -130,16 +130,20 @@ fn transform(
         "identity" => Ok((AffineTransform::identity(bound.order()), interval)),
         "plain" => Ok((compute(Computed::Plain, bound, interval).map_err(text)?, interval)),
         "optimal" => Ok((compute(Computed::Optimal, bound, interval).map_err(text)?, interval)),
-        _ => published(name, bound),
+        _ => published(name, bound, &["identity", "plain", "optimal"]),
     }
 }
 
-/// A published transform with its depths, or why there is none.
-pub(crate) fn published(name: &str, bound: MomentBound) -> Result<(AffineTransform, DepthInterval), String> {
+/// A published transform with its depths, or why there is none; `others` are known besides.
+pub(crate) fn published(
+    name: &str,
+    bound: MomentBound,
+    others: &[&str],
+) -> Result<(AffineTransform, DepthInterval), String> {
     let Some(published) = Published::named(name) else {
-        let known: Vec<&str> = quantization::published::ALL.iter().map(|p| p.name).collect();
-        let known = known.join(", ");
-        return Err(format!("unknown transform (known: identity, plain, optimal, {known})"));
+        let all = quantization::published::ALL;
+        let known: Vec<&str> = others.iter().copied().chain(all.iter().map(|p| p.name)).collect();
+        return Err(format!("unknown transform (known: {})", known.join(", ")));
     };
     if bound == MomentBound::Trigonometric4 {
         return Err("is a transform of power moments".to_owned());

@@ -68,12 +68,14 @@ impl Prepared {
             let transform = if storage.transform == "identity" {
                 AffineTransform::identity(order)
             } else {
-                match published(&storage.transform, method.bound) {
+                match published(&storage.transform, method.bound, &["identity"]) {
                     Ok((transform, own)) => {
                         interval = own;
                         transform
                     }
-                    Err(reason) => return fail("storage.transform", reason),
+                    Err(reason) => {
+                        return fail("storage.transform", format!("`{}`: {reason}", storage.transform));
+                    }
                 }
             };
             if transform.order() != order {
