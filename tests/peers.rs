@@ -111,7 +111,23 @@ const GDC16: Storage = Storage::Codes {
     ],
 };
 
-const CASES: [Case; 11] = [
+/// The inverse for six moments of GDC16, with the digits of the programs; stored even and odd by turns.
+#[allow(clippy::excessive_precision)]
+const GDC16_SIX: Storage = Storage::Codes {
+    offset: &[0.5, 0.0, 0.5, 0.0, 0.5, 0.018_888_946],
+    inverse: &[
+        &[-0.028_777_891_92, 0.0, 0.476_355_504_22, 0.0, 1.552_428_089_73, 0.0],
+        &[0.0, 0.000_012_530_44, 0.0, 0.166_684_941_86, 0.0, 0.866_025_405_79],
+        &[0.099_952_357_06, 0.0, 0.845_325_809_31, 0.0, 1.054_725_707_61, 0.0],
+        &[0.0, -0.249_987_469_56, 0.0, 0.166_684_941_86, 0.0, 0.866_025_405_79],
+        &[0.258_933_537_55, 0.0, 0.907_796_166_57, 0.0, 0.833_273_356_47, 0.0],
+        &[0.0, -0.374_988_252_71, 0.0, 0.218_767_132_99, 0.0, 0.811_898_817_93],
+    ],
+};
+
+const SIX_16: &[f32] = &[0.0, 0.5566, 0.0, 0.489, 0.0, 0.478_693_82];
+
+const CASES: [Case; 13] = [
     Case { file: "mjp_hamburger4_f32", target: HALF, storage: Storage::Plain },
     Case { file: "mjp_hausdorff4_f32", target: HALF, storage: Storage::Plain },
     Case { file: "forge3d_msm4_f32", target: HALF, storage: Storage::Plain },
@@ -127,6 +143,8 @@ const CASES: [Case; 11] = [
     Case { file: "mjp_hausdorff4_u16", target: HALF, storage: THETA_4 },
     Case { file: "mboit_power4_u16_paper", target: &[0.0, 0.628, 0.0, 0.628], storage: GDC16 },
     Case { file: "mboit_power4_u16_app", target: &[0.0, 0.628, 0.0, 0.628], storage: GDC16 },
+    Case { file: "mboit_power6_u16_paper", target: SIX_16, storage: GDC16_SIX },
+    Case { file: "mboit_power6_u16_app", target: SIX_16, storage: GDC16_SIX },
 ];
 
 impl Case {
