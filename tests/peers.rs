@@ -2,7 +2,8 @@
 //!
 //! The inputs and outputs are not part of the project; where they are missing there is nothing to compare with.
 // Clippy's exemption for tests does not reach the functions that they share.
-#![allow(clippy::unwrap_used)]
+// Digits beyond single precision are the programs' own.
+#![allow(clippy::unwrap_used, clippy::excessive_precision)]
 
 use moment_problem::arithmetic::{FloatFloat, Real};
 use moment_problem::hamburger::{hamburger, hamburger4};
@@ -87,8 +88,6 @@ enum Storage {
 const HALF: &[f32] = &[0.5; 4];
 const SQRT_3: f32 = 1.732_050_8;
 
-// Digits beyond single precision are the programs' own.
-#[allow(clippy::excessive_precision)]
 /// The inverse of theta_4 (MSM15 section 4.3) with the digits that the programs use.
 const THETA_4: Storage = Storage::Codes {
     offset: &[0.035_955_884_801, 0.0, 0.0, 0.0],
@@ -112,7 +111,6 @@ const GDC16: Storage = Storage::Codes {
 };
 
 /// The inverse for six moments of GDC16, with the digits of the programs; stored even and odd by turns.
-#[allow(clippy::excessive_precision)]
 const GDC16_SIX: Storage = Storage::Codes {
     offset: &[0.5, 0.0, 0.5, 0.0, 0.5, 0.018_888_946],
     inverse: &[
@@ -125,9 +123,27 @@ const GDC16_SIX: Storage = Storage::Codes {
     ],
 };
 
+/// The inverse for eight moments that the program uses; stored even and odd by turns.
+#[rustfmt::skip]
+const EIGHT: Storage = Storage::Codes {
+    offset: &[0.5, 0.972_481_993_925_964, 0.5, 1.0, 0.5, 0.999_179_192_513_328, 0.5, 0.991_778_293_073_131],
+    inverse: &[
+        &[-0.004_823_997_085_023_82, 0.0, -0.423_201_508_674_231, 0.0, 0.034_831_238_260_512_9, 0.0, 1.671_792_082_665_92, 0.0],
+        &[0.0, -0.976_220_278_891_035, 0.0, -0.456_139_260_269_401, 0.0, -0.050_433_552_101_674_2, 0.0, 0.000_838_800_390_651_085],
+        &[-0.023_340_221_864_440_8, 0.0, -0.832_829_097_046_478, 0.0, 0.019_340_604_049_962_5, 0.0, 1.210_215_090_689_75, 0.0],
+        &[0.0, -1.048_283_417_782_99, 0.0, -0.229_726_640_510_149, 0.0, 0.025_960_833_461_609_1, 0.0, -0.001_336_326_932_058_61],
+        &[-0.010_888_537_031_885, 0.0, -0.926_393_772_997_063, 0.0, -0.117_233_944_147_79, 0.0, 0.983_723_301_818_275, 0.0],
+        &[0.0, -1.031_152_686_286_04, 0.0, -0.077_844_420_809_897, 0.0, 0.004_434_088_510_142_57, 0.0, -0.010_374_493_845_740_6],
+        &[-0.030_871_335_780_673_2, 0.0, -0.937_989_172_670_245, 0.0, -0.218_033_377_677_099, 0.0, 0.845_991_731_322_996, 0.0],
+        &[0.0, -0.996_038_443_434_636, 0.0, 0.017_543_862_441_678_3, 0.0, -0.036_141_425_324_396_3, 0.0, -0.003_178_399_940_227_25],
+    ],
+};
+
 const SIX_16: &[f32] = &[0.0, 0.5566, 0.0, 0.489, 0.0, 0.478_693_82];
 
-const CASES: [Case; 13] = [
+const EIGHT_16: &[f32] = &[0.0, 0.424_749_164, 0.0, 0.224_078_027, 0.0, 0.153_692_308, 0.0, 0.129_004_405];
+
+const CASES: [Case; 15] = [
     Case { file: "mjp_hamburger4_f32", target: HALF, storage: Storage::Plain },
     Case { file: "mjp_hausdorff4_f32", target: HALF, storage: Storage::Plain },
     Case { file: "forge3d_msm4_f32", target: HALF, storage: Storage::Plain },
@@ -145,6 +161,8 @@ const CASES: [Case; 13] = [
     Case { file: "mboit_power4_u16_app", target: &[0.0, 0.628, 0.0, 0.628], storage: GDC16 },
     Case { file: "mboit_power6_u16_paper", target: SIX_16, storage: GDC16_SIX },
     Case { file: "mboit_power6_u16_app", target: SIX_16, storage: GDC16_SIX },
+    Case { file: "mboit_power8_u16_paper", target: EIGHT_16, storage: EIGHT },
+    Case { file: "mboit_power8_u16_app", target: EIGHT_16, storage: EIGHT },
 ];
 
 impl Case {
