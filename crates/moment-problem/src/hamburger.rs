@@ -11,9 +11,10 @@
 //! - the weight at z_f, which is the upper minus the lower bound, is the Christoffel number 1 / q_0;
 //! - if all other points lie in front, the lower bound is 1 - 1 / q_0 (for m = 2 this is Cantelli's inequality).
 //!
-//! Where a pivot is not larger than its rounding error the distribution is numerically one of fewer surfaces. Then
-//! the bound of the leading moments alone is returned: it is still a bound, and it is exact in the limit, because
-//! that many surfaces are determined by that many moments (MSM15 Proposition 4).
+//! Where an earlier pivot is not larger than its rounding error the distribution is numerically one of fewer surfaces.
+//! Then the bound of the leading moments alone is returned: it is still a bound, and it is exact in the limit, because
+//! that many surfaces are determined by that many moments (MSM15 Proposition 4). A pivot that is used is positive: its
+//! absolute value, and at least its rounding error.
 
 use crate::arithmetic::Real;
 use crate::roots;

@@ -15,7 +15,8 @@ use crate::hamburger::{Pair, Solution4, canonical, solve4};
 /// A support point outside \[0, 1\] by this many rounding errors of 1 is taken for an end point.
 const INSIDE_ROUNDINGS: f64 = 16.0;
 
-/// A mass of z (1 - z) dZ up to this many rounding errors of the mean depth counts as none.
+/// A mass of z (1 - z) dZ up to this many rounding errors of the mean depth counts as none: two roundings of the
+/// moments, each taken twice in the variance.
 const MASS_ROUNDINGS: f64 = 4.0;
 
 /// Bounds from four power moments of a distribution on \[0, 1\], for z_f in \[0, 1\].

@@ -2,8 +2,8 @@
 
 use crate::error::ReportError;
 use evaluation::{
-    CellRecord, CheckRecord, PivotRecord, RunDirectory, Shape, StabilityExperiment, StabilityRecord,
-    StabilitySample, StabilityViewRecord,
+    Arithmetic, CellRecord, CheckRecord, PivotRecord, RunDirectory, Shape, StabilityExperiment,
+    StabilityRecord, StabilitySample, StabilityViewRecord,
 };
 
 /// The recorded tables of a run, with its experiment.
@@ -69,8 +69,20 @@ impl<'a> StabilityTables<'a> {
 
     /// Sums over families at the recommended bias.
     pub(crate) fn recommended(&self, method: &str, inputs: Inputs) -> Total {
+        Self::total(self.of(method, inputs))
+    }
+
+    /// The same over families of these shapes.
+    pub(crate) fn recommended_on(&self, method: &str, shapes: &[Shape]) -> Total {
+        let has_shape = |r: &&StabilityRecord| {
+            self.experiment.family.iter().any(|f| f.name == r.family && shapes.contains(&f.shape))
+        };
+        Self::total(self.of(method, Inputs::Hard).filter(has_shape))
+    }
+
+    fn total<'r>(records: impl Iterator<Item = &'r StabilityRecord>) -> Total {
         let mut total = Total::default();
-        for r in self.of(method, inputs).filter(|r| r.recommended) {
+        for r in records.filter(|r| r.recommended) {
             total.inputs += r.inputs;
             total.not_finite += r.not_finite;
             total.outside += r.outside;
@@ -134,26 +146,25 @@ impl<'a> StabilityTables<'a> {
                 100.0 * share
             ));
         }
-        let checked: u64 = self.checks.iter().map(|c| c.inputs).max().map_or(0, |_| {
-            let mut families: Vec<(&str, u64)> = Vec::new();
-            for c in &self.checks {
-                if !families.iter().any(|(name, _)| *name == c.family) {
-                    families.push((&c.family, c.inputs));
-                }
-            }
-            families.iter().map(|(_, inputs)| inputs).sum()
-        });
-        let sum = |of: fn(&CheckRecord) -> u64, arithmetic: &str| -> u64 {
-            self.checks.iter().filter(|c| c.method.ends_with(arithmetic)).map(of).sum()
+        // Every method has the same inputs.
+        let first = self.checks.first().map(|c| c.method.as_str());
+        let checked: u64 =
+            self.checks.iter().filter(|c| Some(c.method.as_str()) == first).map(|c| c.inputs).sum();
+        let in_arithmetic = |c: &CheckRecord, arithmetic: Arithmetic| {
+            self.experiment.method.iter().any(|m| m.name == c.method && m.arithmetic == arithmetic)
+        };
+        let total = |of: fn(&CheckRecord) -> u64| -> u64 { self.checks.iter().map(of).sum() };
+        let broken = |arithmetic: Arithmetic| -> u64 {
+            self.checks.iter().filter(|c| in_arithmetic(c, arithmetic)).map(|c| c.violated).sum()
         };
         sentences.push(format!(
             "On {:.1} million inputs our forms gave {} values that are no number and {} outside [0, 1], and broke their \
              bound {} times in double precision and {} times in single precision, at the recommended biases.",
             checked as f64 * 1e-6,
-            sum(|c| c.not_finite, ""),
-            sum(|c| c.outside, ""),
-            sum(|c| c.violated, "f64"),
-            sum(|c| c.violated, "f32"),
+            total(|c| c.not_finite),
+            total(|c| c.outside),
+            broken(Arithmetic::F64),
+            broken(Arithmetic::F32),
         ));
         let violated = |r: &StabilityRecord| r.violated;
         let alpha = |method| self.smallest_alpha(method, Inputs::Hard, violated);

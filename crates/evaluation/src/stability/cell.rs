@@ -2,7 +2,7 @@
 
 use super::exact;
 use super::family::{Input, Moments};
-use super::method::{Answer, Prepared};
+use super::method::{Answer, Prepared, Start};
 use super::tally::{BOUND_TOLERANCE, LogHistogram, Tally};
 use moment_problem::arithmetic::DoubleDouble;
 use shadow_filtering::techniques::MomentBound;
@@ -141,6 +141,7 @@ impl Outcome {
             let b = method.moments(&moments);
             let z_f = method.depth(input);
             let stored = method.stored(b);
+            let start = stored.as_ref().map_or(Start::Exact(b), Start::Stored);
             for (step, &alpha) in plan.alphas[i].iter().enumerate() {
                 let known = &mut biased[plan.problems[i]];
                 let exact_biased = match known.iter().find(|(known, _)| *known == alpha) {
@@ -154,7 +155,7 @@ impl Outcome {
                         value
                     }
                 };
-                let value = method.answer(b, stored.as_ref(), z_f, alpha).lower;
+                let value = method.answer(start, z_f, alpha).lower;
                 self.tallies[i][step].add(value, front + alpha, exact_biased, exact);
                 if step == 0 {
                     let worst = |size: f64| Worst { size, value, exact_biased, exact, input: input.clone() };
@@ -192,7 +193,8 @@ impl Outcome {
         let front = input.mass_before();
         for (method, check) in plan.methods.iter().zip(&mut self.checks) {
             if method.is_checked() {
-                let answer = method.answer_plain(method.moments(&moments), method.depth(input));
+                let start = Start::Plain(method.moments(&moments));
+                let answer = method.answer(start, method.depth(input), method.alpha);
                 check.add(&answer, front + method.alpha);
             }
         }

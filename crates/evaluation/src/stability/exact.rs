@@ -4,7 +4,8 @@
 //! On the line the bound is attained by Gauss' quadrature with a node at z_f. Orthogonal polynomials by Stieltjes'
 //! procedure, in depths relative to z_f; the matrix of their recurrence, its last entry changed so that z_f becomes an
 //! eigenvalue; nodes by Sturm sequences and bisection; the weight of a node is the reciprocal of the sum of squares of
-//! the orthonormal polynomials there. This shares no step with the closed forms.
+//! the orthonormal polynomials there. This shares no step with the closed forms. On \[0, 1\] the case with both ends takes
+//! expectations over the depths; trigonometric bounds are the closed form, where 32 digits of the moments suffice.
 
 use super::family::{Input, Moments};
 use super::method::our_bounds;
@@ -25,9 +26,15 @@ const NEWTON_STEPS: usize = 2;
 /// Nodes nearer to z_f than this are z_f; further away than the reciprocal they are at infinity.
 const NEAREST: f64 = 1e-40;
 
-/// Trigonometric bounds that move by more than this when their moments move by [`NUDGE`] are not known.
+/// Trigonometric bounds that move by more than this when their moments move by [`NUDGE`] are not known: a thousandth of
+/// the least excess that is counted.
 const KNOWN: f64 = 1e-9;
+
+/// Some hundred roundings of double-double, as many as moments go through.
 const NUDGE: f64 = 1e-29;
+
+/// A Newton step of more than this part of a node's distance is no polish: bisection is good to 1e-14.
+const POLISH: f64 = 1e-6;
 
 /// The exact lower bound of the distribution's moments at z_f; `None` where 32 digits do not suffice.
 pub(crate) fn lower(bound: MomentBound, input: &Input, moments: &Moments<Wide>) -> Option<f64> {
@@ -121,8 +128,10 @@ pub(crate) struct Polynomials {
 impl Polynomials {
     /// Stieltjes' procedure; the distribution has more than `degree` depths.
     pub(crate) fn new(atoms: &[(Wide, Wide)], degree: usize) -> Self {
+        const ROWS: usize = MAX_DEGREE + 1;
         let zero = Wide::zero();
-        let mut result = Self { degree, a: [zero; 5], b: [zero; 5], norms: [Wide::from(1.0); 5], last: 0.0 };
+        let (a, b, norms) = ([zero; ROWS], [zero; ROWS], [Wide::from(1.0); ROWS]);
+        let mut result = Self { degree, a, b, norms, last: 0.0 };
         let mut before = vec![zero; atoms.len()];
         let mut values = vec![Wide::from(1.0); atoms.len()];
         for k in 0..=degree {
@@ -213,7 +222,7 @@ impl Polynomials {
             }
             let step = value / slope;
             // Newton's method only polishes: a large step, or none, would leave for another node.
-            if step.abs().to_f64() <= 1e-6 * u.abs().to_f64() {
+            if step.abs().to_f64() <= POLISH * u.abs().to_f64() {
                 u = u - step;
             }
         }

@@ -29,6 +29,17 @@ pub(crate) struct Prepared {
     pub(crate) alpha: f64,
 }
 
+/// What a method starts from.
+#[derive(Clone, Copy)]
+pub(crate) enum Start<'a> {
+    /// Exact moments, to be rounded to the arithmetic.
+    Exact(&'a Vector<DoubleDouble>),
+    /// Moments in double precision.
+    Plain(&'a Vector<f64>),
+    /// Stored numbers.
+    Stored(&'a Vector<f64>),
+}
+
 /// What a method makes of an input.
 pub(crate) struct Answer {
     /// The lower bound before any clamping, if it is a number.
@@ -125,30 +136,19 @@ impl Prepared {
     }
 
     /// Decodes, biases and bounds in the method's arithmetic.
-    pub(crate) fn answer(
-        &self,
-        moments: &Vector<DoubleDouble>,
-        stored: Option<&Vector<f64>>,
-        z_f: f64,
-        alpha: f64,
-    ) -> Answer {
+    pub(crate) fn answer(&self, start: Start<'_>, z_f: f64, alpha: f64) -> Answer {
         match self.arithmetic {
-            Arithmetic::F32 => self.compute::<f32>(moments, stored, z_f, alpha),
-            Arithmetic::F64 => self.compute::<f64>(moments, stored, z_f, alpha),
-            Arithmetic::Pairs => self.compute::<FloatFloat>(moments, stored, z_f, alpha),
+            Arithmetic::F32 => self.compute::<f32>(start, z_f, alpha),
+            Arithmetic::F64 => self.compute::<f64>(start, z_f, alpha),
+            Arithmetic::Pairs => self.compute::<FloatFloat>(start, z_f, alpha),
         }
     }
 
-    fn compute<R: Real>(
-        &self,
-        moments: &Vector<DoubleDouble>,
-        stored: Option<&Vector<f64>>,
-        z_f: f64,
-        alpha: f64,
-    ) -> Answer {
-        let b: Vector<R> = match stored {
-            Some(stored) => self.decoded(stored),
-            None => moments.map(R::from_double_double),
+    fn compute<R: Real>(&self, start: Start<'_>, z_f: f64, alpha: f64) -> Answer {
+        let b: Vector<R> = match start {
+            Start::Exact(moments) => moments.map(R::from_double_double),
+            Start::Plain(moments) => moments.map(R::from_f64),
+            Start::Stored(stored) => self.decoded(stored),
         };
         self.bounded(&self.biased(&b, alpha), R::from_f64(z_f))
     }
@@ -189,25 +189,6 @@ impl Prepared {
     pub(crate) fn exact_biased(&self, moments: &Vector<DoubleDouble>, z_f: f64, alpha: f64) -> f64 {
         let biased = self.biased(moments, alpha);
         our_bounds(self.bound, &biased, DoubleDouble::from(z_f)).lower.to_f64()
-    }
-
-    /// The numbers that [`Prepared::answer_plain`] starts from: what is stored, else the moments in double precision.
-    pub(crate) fn ready(&self, moments: &Vector<DoubleDouble>) -> Vector<f64> {
-        self.stored(moments).unwrap_or(moments.map(Real::to_f64))
-    }
-
-    /// At the recommended bias, from stored numbers or, without storage, from moments in double precision.
-    pub(crate) fn answer_plain(&self, ready: &Vector<f64>, z_f: f64) -> Answer {
-        match self.arithmetic {
-            Arithmetic::F32 => self.plain::<f32>(ready, z_f),
-            Arithmetic::F64 => self.plain::<f64>(ready, z_f),
-            Arithmetic::Pairs => self.plain::<FloatFloat>(ready, z_f),
-        }
-    }
-
-    fn plain<R: Real>(&self, ready: &Vector<f64>, z_f: f64) -> Answer {
-        let b: Vector<R> = if self.encoding.is_some() { self.decoded(ready) } else { ready.map(R::from_f64) };
-        self.bounded(&self.biased(&b, self.alpha), R::from_f64(z_f))
     }
 
     /// Whether inputs without an exact bound are given to it: single or double precision, our forms, no storage.

@@ -79,7 +79,7 @@ pub struct WorstRecord {
     /// F.
     #[serde(rename = "F")]
     pub mass_before: f64,
-    /// Prints the exact bound without a bias.
+    /// Prints the exact bound without a bias, where 32 digits of the moments suffice.
     pub command: String,
 }
 

@@ -2,7 +2,7 @@
 
 use super::cell::{Failure, Outcome, PIVOT_ORDERS, Plan, Worst};
 use super::family::{Draw, Input, Moments};
-use super::method::Prepared;
+use super::method::{Prepared, Start};
 use super::records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, WorstRecord};
 use super::scenes;
 use super::settings::{Shape, StabilityExperiment, StabilityFamily};
@@ -10,7 +10,7 @@ use crate::error::EvaluationError;
 use crate::kernel::Random;
 use crate::run::{Progress, Recorded};
 use crate::run_directory::RecordedFile;
-use moment_problem::arithmetic::DoubleDouble;
+use moment_problem::arithmetic::{DoubleDouble, Real};
 use rayon::prelude::*;
 use shadow_filtering::techniques::MomentBound;
 use std::fmt::Write as _;
@@ -131,18 +131,20 @@ impl StabilityExperiment {
                     .iter()
                     .map(|(input, moments)| {
                         let b = method.moments(moments);
-                        (method.ready(b), method.depth(input))
+                        (method.stored(b), b.map(Real::to_f64), method.depth(input))
                     })
                     .collect();
                 let begin = Instant::now();
-                for (b, z_f) in &ready {
-                    std::hint::black_box(method.answer_plain(std::hint::black_box(b), *z_f));
+                for (stored, plain, z_f) in &ready {
+                    let start = stored.as_ref().map_or(Start::Plain(plain), Start::Stored);
+                    std::hint::black_box(method.answer(std::hint::black_box(start), *z_f, method.alpha));
                 }
+                let elapsed = begin.elapsed();
                 samples.push(StabilitySample {
                     method: settings.name.clone(),
                     repetition,
                     bounds: ready.len(),
-                    time_ns: u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX),
+                    time_ns: u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX),
                 });
             }
         }
