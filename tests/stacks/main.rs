@@ -3,6 +3,8 @@
 // A panic is how a test or benchmark reports.
 #![allow(clippy::unwrap_used)]
 
+#[path = "../adapter/mod.rs"]
+mod adapter;
 mod analysis;
 mod bad_input;
 mod brute_force;
@@ -20,6 +22,7 @@ use std::sync::Arc;
 use libtest_mimic::{Arguments, Failed, Trial};
 use shadow_renderer::*;
 
+use crate::adapter::gpu_trial;
 use crate::scenes::Case;
 
 fn cpu(case: &Case) -> ShadowMapStack {
@@ -60,18 +63,6 @@ fn main() -> ExitCode {
     trials.extend(frames::trials());
     trials.extend(whole_scenes::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
-}
-
-/// A test that needs an adapter: without one it is reported as ignored, or fails if `MSM_REQUIRE_GPU` is 1.
-fn gpu_trial(name: String, test: impl FnOnce() -> Result<(), Failed> + Send + 'static) -> Trial {
-    match gpu_adapter() {
-        Ok(_) => Trial::test(name, test),
-        Err(error) if std::env::var("MSM_REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            let message = format!("MSM_REQUIRE_GPU is 1 but there is no adapter: {error}");
-            Trial::test(name, move || Err(message.into()))
-        }
-        Err(_) => Trial::test(name, || Err("needs a graphics adapter".into())).with_ignored_flag(true),
-    }
 }
 
 fn gpu_equals_cpu(case: &Case, binding_bytes: u64) -> Result<(), Failed> {

@@ -54,6 +54,8 @@ pub enum TechniqueSpec {
         /// M, two channels each.
         coefficients: usize,
     },
+    /// Variance shadow map with moment bias: Cantelli's inequality on biased moments of 2 z - 1.
+    Hamburger2(MomentOptions),
     /// Hamburger 4MSM.
     Hamburger4(MomentOptions),
     /// Six power moments.
@@ -86,6 +88,7 @@ impl TechniqueSpec {
             Self::Lvsm { layers } => Box::new(LayeredVariance::new(layers)?),
             Self::Csm { coefficients } => Box::new(Convolution::new(coefficients)?),
             Self::Certified { ref basis } => Box::new(Certified::new(basis)?),
+            Self::Hamburger2(options) => Box::new(Moments::new(MomentBound::Hamburger2, options)?),
             Self::Hamburger4(options) => Box::new(Moments::new(MomentBound::Hamburger4, options)?),
             Self::Hamburger6(options) => Box::new(Moments::new(MomentBound::Hamburger6, options)?),
             Self::Hamburger8(options) => Box::new(Moments::new(MomentBound::Hamburger8, options)?),

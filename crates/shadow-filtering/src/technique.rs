@@ -1,11 +1,14 @@
 //! The interface of all filterable shadow maps (MSM15 section 3).
 
 use crate::error::FilteringError;
+use crate::real_time::RealTime;
+use moment_problem::arithmetic::Real;
 use serde::{Deserialize, Serialize};
 
 /// A filterable shadow map: b(z) is stored a texel, filtered linearly, and G(b, z_f) shades.
 ///
-/// Computation is in `f64`; quantised storage is a matter of its own.
+/// Computation is in `f64`; what a shader computes is [`RealTime`], what a texture stores
+/// [`StoredTechnique`](crate::StoredTechnique).
 pub trait Technique: Send + Sync {
     /// The technique with its parameters.
     fn name(&self) -> String;
@@ -29,6 +32,11 @@ pub trait Technique: Send + Sync {
 
     /// Whether G <= F_Z(z_f) is a theorem about this technique.
     fn is_lower_bound(&self) -> bool;
+
+    /// The technique as a shader computes it; `None` where a linear program is solved.
+    fn real_time(&self) -> Option<&dyn RealTime> {
+        None
+    }
 }
 
 /// How channels are stored; exponential warps must not overflow it.
@@ -94,6 +102,13 @@ pub(crate) fn check_exponent(
 }
 
 /// Depth clamped to \[0, 1\]; NaN becomes 1, the far plane.
-pub(crate) fn unit(depth: f64) -> f64 {
-    if depth.is_nan() { 1.0 } else { depth.clamp(0.0, 1.0) }
+pub(crate) fn unit<R: Real>(depth: R) -> R {
+    let (zero, one) = (R::zero(), R::one());
+    if depth < zero {
+        zero
+    } else if depth < one {
+        depth
+    } else {
+        one
+    }
 }

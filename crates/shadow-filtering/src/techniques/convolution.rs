@@ -12,7 +12,9 @@
 //! \[-1, 1\], because ringing below 0 behind the receiver costs as much as a soft edge in front of it.
 
 use crate::error::FilteringError;
+use crate::real_time::{RealTime, in_real_time};
 use crate::technique::{Technique, unit};
+use moment_problem::arithmetic::Real;
 use std::f64::consts::PI;
 
 /// Most coefficients accepted.
@@ -122,12 +124,36 @@ impl Convolution {
     pub fn response(&self, t: f64) -> f64 {
         (self.series(t - self.delta) - self.low) / (self.high - self.low)
     }
+
+    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
+        let angle = R::from_f64(self.frequency) * unit(depth);
+        odd_multiples(angle, self.amplitudes.len(), |k, cosine, sine| {
+            (out[2 * k], out[2 * k + 1]) = (cosine, sine);
+        });
+    }
+
+    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
+        let mut sum = R::from_f64(0.5);
+        let angle = R::from_f64(self.frequency) * (unit(z_f) - R::from_f64(self.delta));
+        odd_multiples(angle, self.amplitudes.len(), |k, cosine, sine| {
+            let wave = sine * filtered[2 * k] - cosine * filtered[2 * k + 1];
+            sum = sum + R::from_f64(self.amplitudes[k]) * wave;
+        });
+        ((sum - R::from_f64(self.low)) / R::from_f64(self.high - self.low)).clamp_unit()
+    }
 }
 
+in_real_time!(Convolution, |technique| shaders::convolution(
+    technique.frequency,
+    technique.delta,
+    [technique.low, technique.high],
+    &technique.amplitudes
+));
+
 /// Calls `each` with k, cos and sin of (2 k + 1) x.
-fn odd_multiples(x: f64, count: usize, mut each: impl FnMut(usize, f64, f64)) {
-    let (mut sine, mut cosine) = x.sin_cos();
-    let (sine2, cosine2) = (2.0 * x).sin_cos();
+fn odd_multiples<R: Real>(x: R, count: usize, mut each: impl FnMut(usize, R, R)) {
+    let (mut sine, mut cosine) = (x.sin(), x.cos());
+    let (sine2, cosine2) = ((x + x).sin(), (x + x).cos());
     for k in 0..count {
         each(k, cosine, sine);
         (cosine, sine) = (cosine * cosine2 - sine * sine2, sine * cosine2 + cosine * sine2);
@@ -144,17 +170,15 @@ impl Technique for Convolution {
     }
 
     fn encode(&self, depth: f64, out: &mut [f64]) {
-        odd_multiples(self.frequency * unit(depth), self.amplitudes.len(), |k, cosine, sine| {
-            (out[2 * k], out[2 * k + 1]) = (cosine, sine);
-        });
+        self.encode_in(depth, out);
     }
 
     fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        let mut sum = 0.5;
-        odd_multiples(self.frequency * (unit(z_f) - self.delta), self.amplitudes.len(), |k, cosine, sine| {
-            sum += self.amplitudes[k] * (sine * filtered[2 * k] - cosine * filtered[2 * k + 1]);
-        });
-        Ok(((sum - self.low) / (self.high - self.low)).clamp(0.0, 1.0))
+        Ok(self.shade_in(filtered, z_f))
+    }
+
+    fn real_time(&self) -> Option<&dyn RealTime> {
+        Some(self)
     }
 
     fn is_lower_bound(&self) -> bool {

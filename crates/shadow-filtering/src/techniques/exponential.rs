@@ -1,7 +1,9 @@
 //! Exponential shadow maps: b(z) = e^(c z) and Markov's inequality (MSM15 section 2, after Salvi and Annen et al.).
 
 use crate::error::FilteringError;
+use crate::real_time::{RealTime, in_real_time};
 use crate::technique::{StorageFormat, Technique, check_exponent, unit};
+use moment_problem::arithmetic::Real;
 use moment_problem::markov::markov_line;
 
 /// Exponential shadow map on \[0, 1\], without a fallback to PCF, as in MSM15's comparison.
@@ -20,7 +22,17 @@ impl Exponential {
         check_exponent("exponent", exponent, format, format.largest_exponent())?;
         Ok(Self { exponent, format })
     }
+
+    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
+        out[0] = (R::from_f64(self.exponent) * unit(depth)).exp();
+    }
+
+    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
+        markov_line(filtered[0] * (R::from_f64(-self.exponent) * unit(z_f)).exp()).lower
+    }
 }
+
+in_real_time!(Exponential, |technique| shaders::exponential(technique.exponent));
 
 impl Technique for Exponential {
     fn name(&self) -> String {
@@ -36,12 +48,16 @@ impl Technique for Exponential {
     }
 
     fn encode(&self, depth: f64, out: &mut [f64]) {
-        out[0] = (self.exponent * unit(depth)).exp();
+        self.encode_in(depth, out);
     }
 
     /// 1 - E\[e^(c z)\] e^(-c z_f), clamped to 0.
     fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        Ok(markov_line(filtered[0] * (-self.exponent * unit(z_f)).exp()).lower)
+        Ok(self.shade_in(filtered, z_f))
+    }
+
+    fn real_time(&self) -> Option<&dyn RealTime> {
+        Some(self)
     }
 
     fn is_lower_bound(&self) -> bool {

@@ -7,7 +7,9 @@
 
 use super::variance::cantelli;
 use crate::error::FilteringError;
+use crate::real_time::{RealTime, in_real_time};
 use crate::technique::{StorageFormat, Technique, check_exponent, unit};
+use moment_problem::arithmetic::Real;
 
 /// Exponential variance shadow map with two channels (positive warp) or four (both warps).
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +33,37 @@ impl ExponentialVariance {
         }
         Ok(Self { positive, negative, format })
     }
+
+    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
+        let s = signed(unit(depth));
+        let warped = (R::from_f64(self.positive) * s).exp();
+        out[..2].copy_from_slice(&[warped, warped * warped]);
+        if let Some(negative) = self.negative {
+            let warped = -(R::from_f64(-negative) * s).exp();
+            out[2..].copy_from_slice(&[warped, warped * warped]);
+        }
+    }
+
+    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
+        let s = signed(unit(z_f));
+        let first = cantelli(filtered[0], filtered[1], (R::from_f64(self.positive) * s).exp());
+        match self.negative {
+            None => first,
+            Some(negative) => {
+                first.max(cantelli(filtered[2], filtered[3], -(R::from_f64(-negative) * s).exp()))
+            }
+        }
+    }
 }
+
+/// s = 2 z - 1.
+fn signed<R: Real>(z: R) -> R {
+    z + z - R::one()
+}
+
+in_real_time!(ExponentialVariance, |technique| {
+    shaders::exponential_variance(technique.positive, technique.negative)
+});
 
 impl Technique for ExponentialVariance {
     fn name(&self) -> String {
@@ -50,22 +82,15 @@ impl Technique for ExponentialVariance {
     }
 
     fn encode(&self, depth: f64, out: &mut [f64]) {
-        let s = 2.0 * unit(depth) - 1.0;
-        let warped = (self.positive * s).exp();
-        out[..2].copy_from_slice(&[warped, warped * warped]);
-        if let Some(negative) = self.negative {
-            let warped = -(-negative * s).exp();
-            out[2..].copy_from_slice(&[warped, warped * warped]);
-        }
+        self.encode_in(depth, out);
     }
 
     fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        let s = 2.0 * unit(z_f) - 1.0;
-        let first = cantelli(filtered[0], filtered[1], (self.positive * s).exp());
-        Ok(match self.negative {
-            None => first,
-            Some(negative) => first.max(cantelli(filtered[2], filtered[3], -(-negative * s).exp())),
-        })
+        Ok(self.shade_in(filtered, z_f))
+    }
+
+    fn real_time(&self) -> Option<&dyn RealTime> {
+        Some(self)
     }
 
     fn is_lower_bound(&self) -> bool {

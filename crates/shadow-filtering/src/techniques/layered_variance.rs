@@ -7,7 +7,9 @@
 
 use super::variance::cantelli;
 use crate::error::FilteringError;
+use crate::real_time::{RealTime, in_real_time};
 use crate::technique::{Technique, unit};
+use moment_problem::arithmetic::Real;
 
 /// Most layers that make sense: more channels than any texture array is given for this.
 const MAX_LAYERS: usize = 64;
@@ -30,10 +32,25 @@ impl LayeredVariance {
         Ok(Self { layers })
     }
 
-    fn warp(&self, layer: usize, z: f64) -> f64 {
-        (z * self.layers as f64 - layer as f64).clamp(0.0, 1.0)
+    fn warp<R: Real>(&self, layer: usize, z: R) -> R {
+        unit(z * R::from_f64(self.layers as f64) - R::from_f64(layer as f64))
+    }
+
+    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
+        for (layer, pair) in out.chunks_exact_mut(2).enumerate() {
+            let warped = self.warp(layer, unit(depth));
+            pair.copy_from_slice(&[warped, warped * warped]);
+        }
+    }
+
+    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
+        let z_f = unit(z_f);
+        let layer = ((z_f * R::from_f64(self.layers as f64)).to_f64() as usize).min(self.layers - 1);
+        cantelli(filtered[2 * layer], filtered[2 * layer + 1], self.warp(layer, z_f))
     }
 }
+
+in_real_time!(LayeredVariance, |technique| shaders::layered_variance(technique.layers));
 
 impl Technique for LayeredVariance {
     fn name(&self) -> String {
@@ -45,16 +62,15 @@ impl Technique for LayeredVariance {
     }
 
     fn encode(&self, depth: f64, out: &mut [f64]) {
-        for (layer, pair) in out.chunks_exact_mut(2).enumerate() {
-            let warped = self.warp(layer, unit(depth));
-            pair.copy_from_slice(&[warped, warped * warped]);
-        }
+        self.encode_in(depth, out);
     }
 
     fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        let z_f = unit(z_f);
-        let layer = ((z_f * self.layers as f64) as usize).min(self.layers - 1);
-        Ok(cantelli(filtered[2 * layer], filtered[2 * layer + 1], self.warp(layer, z_f)))
+        Ok(self.shade_in(filtered, z_f))
+    }
+
+    fn real_time(&self) -> Option<&dyn RealTime> {
+        Some(self)
     }
 
     fn is_lower_bound(&self) -> bool {

@@ -1,0 +1,179 @@
+//! Shaders against their Rust twins in single precision and against double precision, on fragments of scenes and on
+//! degenerate kernels.
+
+// A panic is how a test or benchmark reports.
+#![allow(clippy::unwrap_used)]
+
+#[path = "../adapter/mod.rs"]
+mod adapter;
+mod compute;
+mod fragments;
+
+use std::process::ExitCode;
+
+use adapter::gpu_trial;
+use compute::Device;
+use fragments::{FRAGMENTS, Inputs};
+use libtest_mimic::{Arguments, Failed};
+use shadow_filtering::techniques::MomentBound;
+use shadow_filtering::{MomentOptions, RealTime, StorageFormat, Technique, TechniqueSpec};
+
+/// The shader's error against double precision may be this many times that of Rust in single precision.
+const RATIO: f64 = 2.0;
+
+/// Errors below this are as good as none: two units in the last place of 1.
+const NEGLIGIBLE: f64 = 2.4e-7;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let mut trials = Vec::new();
+    for (name, spec) in techniques() {
+        let technique = spec.build().unwrap();
+        assert!(technique.real_time().and_then(RealTime::shader).is_some(), "{name} has no shader");
+        trials.push(gpu_trial(format!("shade::{name}"), move || shade(technique.as_ref(), "")));
+        let technique = spec.build().unwrap();
+        trials.push(gpu_trial(format!("encode::{name}"), move || encode(technique.as_ref())));
+    }
+    trials.push(gpu_trial("planted_faults".into(), planted_faults));
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+/// Every technique with a shader. Moment biases are given, so that double precision has the same ones.
+fn techniques() -> Vec<(&'static str, TechniqueSpec)> {
+    let moments =
+        |bound: MomentBound| MomentOptions { alpha: Some(bound.single_precision_bias()), beta: 0.0 };
+    vec![
+        ("vsm", TechniqueSpec::Vsm {}),
+        ("esm_80", TechniqueSpec::Esm { exponent: 80.0, format: StorageFormat::F32 }),
+        ("esm_11", TechniqueSpec::Esm { exponent: 11.0, format: StorageFormat::F16 }),
+        ("evsm2", TechniqueSpec::Evsm { positive: 10.0, negative: None, format: StorageFormat::F32 }),
+        ("evsm4", TechniqueSpec::Evsm { positive: 42.0, negative: Some(10.0), format: StorageFormat::F32 }),
+        ("lvsm4", TechniqueSpec::Lvsm { layers: 4 }),
+        ("csm4", TechniqueSpec::Csm { coefficients: 4 }),
+        ("csm16", TechniqueSpec::Csm { coefficients: 16 }),
+        ("hamburger2", TechniqueSpec::Hamburger2(moments(MomentBound::Hamburger2))),
+        ("hamburger4", TechniqueSpec::Hamburger4(moments(MomentBound::Hamburger4))),
+        ("hamburger4_16_bit", TechniqueSpec::Hamburger4(MomentOptions { alpha: Some(6e-5), beta: 0.25 })),
+        ("hamburger6", TechniqueSpec::Hamburger6(moments(MomentBound::Hamburger6))),
+        ("hausdorff4", TechniqueSpec::Hausdorff4(moments(MomentBound::Hausdorff4))),
+        ("trigonometric4", TechniqueSpec::Trigonometric4(moments(MomentBound::Trigonometric4))),
+    ]
+}
+
+/// Mean, 99.9th percentile and largest of a set of errors.
+struct Errors([f64; 3]);
+
+impl std::fmt::Display for Errors {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [mean, most, all] = self.0;
+        write!(f, "{mean:.2e}, {most:.2e}, {all:.2e}")
+    }
+}
+
+impl Errors {
+    fn of(mut errors: Vec<f64>) -> Self {
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        errors.sort_by(f64::total_cmp);
+        let at = |share: f64| errors[((errors.len() - 1) as f64 * share) as usize];
+        Self([mean, at(0.999), at(1.0)])
+    }
+
+    fn is_within(&self, other: &Self, ratio: f64) -> bool {
+        self.0.iter().zip(other.0).all(|(mine, other)| *mine <= (ratio * other).max(NEGLIGIBLE))
+    }
+}
+
+fn compare(what: &str, shader: &[f32], single: &[f32], exact: &[f64], scales: &[f64]) -> Result<(), Failed> {
+    if let Some(i) = shader.iter().position(|value| !value.is_finite()) {
+        return Err(format!("{what}: value {i} of the shader is {}", shader[i]).into());
+    }
+    let against = |values: &[f32]| {
+        let pairs = values.iter().zip(exact).enumerate();
+        Errors::of(pairs.map(|(i, (v, e))| (f64::from(*v) - e).abs() / scales[i % scales.len()]).collect())
+    };
+    let (shader, single) = (against(shader), against(single));
+    println!("{what}: mean, 99.9 %, largest error: shader {shader}; Rust in f32 {single}");
+    if shader.is_within(&single, RATIO) {
+        return Ok(());
+    }
+    Err(format!("{what}: the shader errs by {shader} (mean, 99.9 %, largest), Rust in f32 by {single}")
+        .into())
+}
+
+/// `fault` replaces `FROM=>TO` in the shader, for checking that the comparison can fail.
+fn shade(technique: &dyn Technique, fault: &str) -> Result<(), Failed> {
+    let real_time = technique.real_time().ok_or("no shader")?;
+    let mut shader = real_time.shader().ok_or("no shader")?;
+    if let Some((from, to)) = fault.split_once("=>") {
+        assert!(shader.contains(from), "the fault `{from}` is not in the shader");
+        shader = shader.replacen(from, to, 1);
+    }
+    let inputs = Inputs::of_scenes(technique);
+    assert!(inputs.count() >= FRAGMENTS, "{} fragments", inputs.count());
+    let call = "
+    var filtered: array<f32, CHANNELS>;
+    for (var k = 0u; k < CHANNELS; k++) { filtered[k] = inputs[start + k]; }
+    outputs[first] = shade(filtered, inputs[start + CHANNELS]);";
+    let each = technique.channels() + 1;
+    for (kind, inputs) in [("fragments", inputs), ("degenerate kernels", Inputs::degenerate(technique))] {
+        let found = Device::shared()?.map(&shader, call, (&inputs.values, each), 1)?;
+        let items = || inputs.values.chunks_exact(each).map(|item| item.split_at(each - 1));
+        let single: Vec<f32> = items().map(|(b, z)| real_time.shade_single(b, z[0])).collect();
+        let double = |(b, z): (&[f32], &[f32])| {
+            let b: Vec<f64> = b.iter().map(|&v| f64::from(v)).collect();
+            technique.shade(&b, f64::from(z[0]))
+        };
+        let exact = items().map(double).collect::<Result<Vec<f64>, _>>()?;
+        let what = format!("{}, shade, {} {kind}", technique.name(), inputs.count());
+        compare(&what, &found, &single, &exact, &[1.0])?;
+    }
+    Ok(())
+}
+
+fn encode(technique: &dyn Technique) -> Result<(), Failed> {
+    let real_time = technique.real_time().ok_or("no shader")?;
+    let shader = real_time.shader().ok_or("no shader")?;
+    let channels = technique.channels();
+    let depths: Vec<f32> = fragments::depths();
+    let call = "
+    var stored = encode(inputs[start]);
+    for (var k = 0u; k < CHANNELS; k++) { outputs[first + k] = stored[k]; }";
+    let found = Device::shared()?.map(&shader, call, (&depths, 1), channels)?;
+    let (mut single, mut exact) = (vec![0.0; found.len()], vec![0.0; found.len()]);
+    for (i, &depth) in depths.iter().enumerate() {
+        let place = i * channels..(i + 1) * channels;
+        real_time.encode_single(depth, &mut single[place.clone()]);
+        technique.encode(f64::from(depth), &mut exact[place]);
+    }
+    // Relative to the largest value of a channel: warps span many orders of magnitude.
+    let scales: Vec<f64> = (0..channels)
+        .map(|k| exact.iter().skip(k).step_by(channels).fold(0.0, |most: f64, v| most.max(v.abs())))
+        .collect();
+    compare(
+        &format!("{}, encode, {} depths", technique.name(), depths.len()),
+        &found,
+        &single,
+        &exact,
+        &scales,
+    )
+}
+
+/// A wrong sign or constant in a shader is found.
+fn planted_faults() -> Result<(), Failed> {
+    for (name, fault) in [
+        ("vsm", "variance = abs(second - mean * mean)=>variance = abs(second - 0.999 * mean * mean)"),
+        ("esm_80", "2.12194440e-4=>2.12e-4"),
+        ("csm16", "wave.x * stored[2u * k] - =>wave.x * stored[2u * k] + "),
+        ("hamburger4", "points.s.x - points.s.y * w.y=>points.s.x - points.s.y * w.x"),
+        ("hamburger6", "0.8660254 + 0.1339746=>0.8660254 - 0.1339746"),
+        ("hausdorff4", "1.0 - at_z_f - at_one=>1.0 - at_one"),
+        ("trigonometric4", "let product = 1.0 + cosine=>let product = 1.0 - cosine"),
+    ] {
+        let (_, spec) =
+            techniques().into_iter().find(|(known, _)| *known == name).ok_or("no such technique")?;
+        if shade(spec.build()?.as_ref(), fault).is_ok() {
+            return Err(format!("{name}: the comparison missed `{fault}`").into());
+        }
+    }
+    Ok(())
+}
