@@ -1,5 +1,6 @@
 //! `msm`: arguments, progress and exit codes. The only code that knows every crate.
 
+mod advise;
 mod bound;
 mod outcome;
 mod plot;
@@ -25,6 +26,7 @@ struct Arguments {
 /// One file and one variant per verb.
 #[derive(Subcommand)]
 enum Verb {
+    Advise(advise::Arguments),
     Bound(bound::Arguments),
     Quantize(quantize::Arguments),
     Render(render::Arguments),
@@ -35,6 +37,7 @@ enum Verb {
 impl Verb {
     fn execute(&self) -> Result<(), Failure> {
         match self {
+            Self::Advise(arguments) => advise::execute(arguments),
             Self::Bound(arguments) => bound::execute(arguments),
             Self::Quantize(arguments) => quantize::execute(arguments),
             Self::Render(arguments) => render::execute(arguments),

@@ -6,6 +6,7 @@ use crate::filterable::FilterableExperiment;
 use crate::lines;
 use crate::quantization::QuantizationExperiment;
 use crate::search::SearchExperiment;
+use crate::speed_accuracy::SpeedAccuracyExperiment;
 use crate::stability::StabilityExperiment;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -66,6 +67,8 @@ pub enum Kind {
     Search(SearchExperiment),
     /// Errors and failures of closed forms on inputs that are hard in a known way.
     Stability(StabilityExperiment),
+    /// Error against cost of techniques, formats and map sizes.
+    SpeedAccuracy(SpeedAccuracyExperiment),
 }
 
 impl Kind {
@@ -98,8 +101,15 @@ impl Kind {
                 experiment.check().map_err(|error| error.to_string())?;
                 Ok(Self::Stability(experiment))
             }
+            Some("speed-accuracy") => {
+                let experiment: SpeedAccuracyExperiment =
+                    table.try_into().map_err(|error| one_line(&error))?;
+                experiment.check().map_err(|error| error.to_string())?;
+                Ok(Self::SpeedAccuracy(experiment))
+            }
             _ => {
-                let known = "\"bounds\", \"filterable\", \"quantization\", \"search\", \"stability\"";
+                let known = "\"bounds\", \"filterable\", \"quantization\", \"search\", \"stability\", \
+                             \"speed-accuracy\"";
                 Err(format!("kind = {kind} is unknown (known: {known})"))
             }
         }
@@ -112,6 +122,18 @@ impl Experiment {
     pub fn read(path: &Path, scale: Scale, seed: Option<u64>) -> Result<Self, EvaluationError> {
         let fail = |reason: String| EvaluationError::Input { path: path.to_owned(), reason };
         let source = std::fs::read_to_string(path).map_err(|error| fail(error.to_string()))?;
+        Self::parse(path, &source, scale, seed)
+    }
+
+    /// The same for the text of a file.
+    pub(crate) fn parse(
+        path: &Path,
+        source: &str,
+        scale: Scale,
+        seed: Option<u64>,
+    ) -> Result<Self, EvaluationError> {
+        let fail = |reason: String| EvaluationError::Input { path: path.to_owned(), reason };
+        let source = source.to_owned();
         let mut table: Table = toml::from_str(&source).map_err(|error| fail(located(&source, &error)))?;
         let mut overrides = match table.remove("scale") {
             None => Table::new(),
@@ -179,6 +201,11 @@ impl Experiment {
                 experiment.views.clear();
                 ("stability", Table::try_from(&*experiment).map_err(fail)?)
             }
+            Kind::SpeedAccuracy(experiment) => {
+                experiment.scenes = scenes.to_vec();
+                experiment.views.clear();
+                ("speed-accuracy", Table::try_from(&*experiment).map_err(fail)?)
+            }
             Kind::Bounds(_) => {
                 let reason = format!("experiment `{}` has no scenes that --scene could replace", self.name);
                 return Err(EvaluationError::Value(reason));
@@ -198,6 +225,7 @@ impl Experiment {
             Kind::Quantization(experiment) => &experiment.scenes,
             Kind::Search(experiment) => &experiment.scenes,
             Kind::Stability(experiment) => &experiment.scenes,
+            Kind::SpeedAccuracy(experiment) => &experiment.scenes,
         }
     }
 }

@@ -16,6 +16,7 @@ mod quantization;
 mod run;
 mod run_directory;
 mod search;
+mod speed_accuracy;
 mod stability;
 
 pub use bounds::{
@@ -43,6 +44,11 @@ pub use search::{
 };
 pub use shadow_filtering::techniques::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
+pub use speed_accuracy::{
+    Advice, AdviceOptions, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES, FrameSetting,
+    Needs, OrderSetting, OrderShare, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
+    SpeedViewRecord,
+};
 pub use stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Storage, Timed,

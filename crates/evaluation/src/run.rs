@@ -87,6 +87,9 @@ impl Experiment {
             Kind::Stability(experiment) => {
                 (pool.install(|| experiment.run(options.progress)), experiment.seed)
             }
+            Kind::SpeedAccuracy(experiment) => {
+                (pool.install(|| experiment.run(options.progress)), experiment.seed)
+            }
             Kind::Search(experiment) => {
                 let context = SearchContext {
                     directory: directory.path(),
@@ -180,7 +183,8 @@ impl Experiment {
     }
 }
 
-fn pool(threads: Option<usize>) -> Result<(usize, rayon::ThreadPool), EvaluationError> {
+/// A pool of so many threads, without a number one per logical core.
+pub(crate) fn pool(threads: Option<usize>) -> Result<(usize, rayon::ThreadPool), EvaluationError> {
     let threads = threads.unwrap_or_else(logical_cores);
     if threads == 0 {
         return Err(EvaluationError::Value("0 threads cannot work: at least 1 is needed".to_owned()));

@@ -101,6 +101,28 @@ impl NumberFormat {
         self.decode(self.encode(value))
     }
 
+    /// [`NumberFormat::round`] in single precision, as a texture unit does it, for whole maps.
+    #[inline]
+    pub fn round_single(self, value: f32) -> f32 {
+        // A comparison with NaN is false.
+        let clamped = |low: f32, high: f32| {
+            if value > low {
+                if value < high { value } else { high }
+            } else if value <= low {
+                low
+            } else {
+                0.0
+            }
+        };
+        match self {
+            Self::Unorm10 => (clamped(0.0, 1.0) * 1023.0 + 0.5).floor() / 1023.0,
+            Self::Unorm16 => (clamped(0.0, 1.0) * 65535.0 + 0.5).floor() / 65535.0,
+            Self::F16 => round_half(clamped(-LARGEST_F16 as f32, LARGEST_F16 as f32)),
+            Self::F32 => clamped(f32::MIN, f32::MAX),
+            Self::U32Fixed { .. } => self.round(f64::from(value)) as f32,
+        }
+    }
+
     /// Largest distance of neighbouring stored values in \[0, 1\].
     pub fn step(self) -> f64 {
         match (self, self.steps()) {
@@ -122,6 +144,22 @@ fn half_bits(value: f64) -> u32 {
     let biased = if normal { exponent(rounded) + 15 } else { 0 } as u32;
     let fraction = (rounded / quantum(rounded)) as u32 & 0x3ff;
     sign | biased << F16_FRACTION_BITS | fraction
+}
+
+/// The nearest half float, ties to even, of a number within their range.
+fn round_half(value: f32) -> f32 {
+    /// 2^-14, the least normal half float.
+    const LEAST_NORMAL: f32 = 6.103_515_6e-5;
+    /// Multiples of 2^-24 are the whole numbers that are left after adding this.
+    const SHIFT: f32 = 0.75;
+    if value.abs() < LEAST_NORMAL {
+        // Half an ulp of 0.75 is 2^-25: the sum is rounded to a multiple of 2^-24.
+        return (value.abs() + SHIFT - SHIFT).copysign(value);
+    }
+    let bits = value.to_bits();
+    // 13 bits of the fraction go.
+    let rounded = bits + 0x0fff + (bits >> 13 & 1);
+    f32::from_bits(rounded & !0x1fff)
 }
 
 fn half_value(code: u32) -> f64 {
@@ -204,6 +242,23 @@ mod tests {
     fn every_half_float_survives() {
         for code in (0..0x1_0000).filter(|code| code >> 10 & 0x1f != 0x1f) {
             assert_eq!(NumberFormat::F16.encode(NumberFormat::F16.decode(code)), code, "{code:x}");
+        }
+    }
+
+    #[test]
+    fn single_precision_rounds_alike() {
+        let mut values: Vec<f32> = (0..20_000).map(|i| (i as f32 - 10_000.0) * 1.37e-4).collect();
+        values.extend((-120..120).map(|e| 1.000_33 * 2f32.powf(e as f32 / 4.0)));
+        values.extend((0..4000).map(|i| i as f32 * 1.9e-8));
+        values.extend([0.0, 1.0, -1.0, 2.0, 65519.0, -1e9, 1.0 + 2f32.powi(-11), f32::INFINITY, f32::NAN]);
+        for format in [NumberFormat::Unorm10, NumberFormat::Unorm16, NumberFormat::F16, NumberFormat::F32] {
+            for &value in &values {
+                let (single, double) = (format.round_single(value), format.round(f64::from(value)));
+                // Products with 65535 may round across a tie in single precision.
+                let step: f64 = if format == NumberFormat::Unorm16 { 1.6e-5 } else { 0.0 };
+                let error = (f64::from(single) - double).abs();
+                assert!(error <= step.max(6e-8 * double.abs()), "{format} {value}: {single} {double}");
+            }
         }
     }
 

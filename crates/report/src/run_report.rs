@@ -6,14 +6,16 @@ use crate::canvas::NamedFigure;
 use crate::error::ReportError;
 use crate::quantization_summary::QuantizationTables;
 use crate::search_summary::SearchTables;
+use crate::speed_summary::SpeedTables;
 use crate::stability_summary::StabilityTables;
 use crate::{
     filterable_figures, filterable_summary, filterable_tables, quantization_figures, quantization_tables,
-    search_figures, search_tables, stability_figures, stability_tables,
+    search_figures, search_tables, speed_figures, speed_tables, stability_figures, stability_tables,
 };
 use evaluation::{
     BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Kind, Provenance,
-    QuantizationExperiment, RecordedFile, RunDirectory, Scale, SearchExperiment, StabilityExperiment,
+    QuantizationExperiment, RecordedFile, RunDirectory, Scale, SearchExperiment, SpeedAccuracyExperiment,
+    StabilityExperiment,
 };
 use std::fmt::Write as _;
 
@@ -26,6 +28,7 @@ pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
         Kind::Quantization(quantization) => quantization_files(run, quantization),
         Kind::Search(search) => search_files(run, search),
         Kind::Stability(stability) => stability_files(run, stability),
+        Kind::SpeedAccuracy(speed) => speed_files(run, speed),
     }
 }
 
@@ -104,6 +107,23 @@ fn stability_files(
         expectation: &experiment.expectation,
         answer: tables.answer(),
         table: stability_tables::markdown(&tables),
+        figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
+        provenance: run.provenance()?,
+    };
+    Ok(with_page(&page, &figures))
+}
+
+fn speed_files(
+    run: &RunDirectory,
+    experiment: &SpeedAccuracyExperiment,
+) -> Result<Vec<RecordedFile>, ReportError> {
+    let tables = SpeedTables::read(run)?;
+    let figures = speed_figures::draw(&tables)?;
+    let page = Page {
+        question: &experiment.question,
+        expectation: &experiment.expectation,
+        answer: tables.answer(),
+        table: speed_tables::markdown(&tables),
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
         provenance: run.provenance()?,
     };

@@ -36,6 +36,15 @@ pub fn encode<R: Real + Send + Sync>(
 
 /// Filters all channels with a separable kernel: rows, then columns.
 pub fn filter<R: Real + Send + Sync>(map: &ChannelMap<R>, kernel: &Kernel) -> ChannelMap<R> {
+    filter_rounded(map, kernel, |value| value)
+}
+
+/// The same with a texture of some format behind each pass: `round` is what storing does to a value.
+pub(crate) fn filter_rounded<R: Real + Send + Sync>(
+    map: &ChannelMap<R>,
+    kernel: &Kernel,
+    round: impl Fn(R) -> R + Send + Sync,
+) -> ChannelMap<R> {
     let (width, height, channels) = (map.width, map.height, map.channels);
     let (line, radius) = (width * channels, kernel.radius());
     let weights: Vec<R> = kernel.weights().iter().map(|&w| R::from_f64(w)).collect();
@@ -52,6 +61,7 @@ pub fn filter<R: Real + Send + Sync>(map: &ChannelMap<R>, kernel: &Kernel) -> Ch
         for (tap, &weight) in weights.iter().enumerate() {
             accumulate(out, weight, &padded[tap * channels..tap * channels + line]);
         }
+        out.iter_mut().for_each(|value| *value = round(*value));
     });
     let mut data = vec![R::zero(); map.data.len()];
     data.par_chunks_mut(line).enumerate().for_each(|(y, out)| {
@@ -59,6 +69,7 @@ pub fn filter<R: Real + Send + Sync>(map: &ChannelMap<R>, kernel: &Kernel) -> Ch
             let source = (y + tap).saturating_sub(radius).min(height - 1);
             accumulate(out, weight, &rows[source * line..(source + 1) * line]);
         }
+        out.iter_mut().for_each(|value| *value = round(*value));
     });
     ChannelMap { width, height, channels, data }
 }

@@ -5,9 +5,10 @@ use super::settings::FilterableExperiment;
 use crate::error::EvaluationError;
 use crate::kernel::Random;
 use rayon::prelude::*;
-use shadow_filtering::{DepthMap, Kernel, Receiver, SurfaceCounter};
+use shadow_filtering::{DepthMap, FilteringError, Kernel, Receiver, SurfaceCounter};
 use shadow_renderer::{
-    Backend, LightFrame, LightView, RenderError, Scene, ShadowMapStack, load_scene, render_stack,
+    Backend, LightFrame, LightView, RenderError, Scene, ShadowMapStack, load_scene, render_in_frame,
+    render_stack,
 };
 use std::borrow::Cow;
 use std::path::Path;
@@ -92,8 +93,7 @@ impl LoadedScene<'_> {
         };
         let (stack, texel_depth) = self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
         let (width, height) = (stack.width as usize, stack.height as usize);
-        let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
-        let map = DepthMap::new(width, height, depths).map_err(|error| fail(error.to_string()))?;
+        let map = depth_map(&stack).map_err(|error| fail(error.to_string()))?;
         let receivers = fragments(&stack, kernel);
         if receivers.is_empty() {
             let side = kernel.size();
@@ -106,6 +106,38 @@ impl LoadedScene<'_> {
         }
         Ok(Lit { stack, map, texel_depth, receivers })
     }
+}
+
+impl LoadedScene<'_> {
+    /// The shadow map of the same frame with the side divided; `None` for a stack, whose scene is unknown.
+    pub(crate) fn divided_map(
+        &self,
+        light: &LightView,
+        size: u32,
+        divisor: u32,
+    ) -> Result<Option<DepthMap>, EvaluationError> {
+        let Source::Scene(scene) = &self.source else { return Ok(None) };
+        let fail = |reason: String| {
+            EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
+        };
+        let whole = LightFrame::fit(scene, light.direction, size, size).map_err(|e| fail(e.to_string()))?;
+        let scale = f64::from(divisor);
+        let frame = LightFrame {
+            texels_per_unit: whole.texels_per_unit.map(|texels| texels / scale),
+            origin_texel: whole.origin_texel.map(|texel| texel / scale),
+            width: size / divisor,
+            height: size / divisor,
+            ..whole
+        };
+        let (stack, _) =
+            render_in_frame(scene, &frame, Backend::Cpu).map_err(|error| fail(error.to_string()))?;
+        depth_map(&stack).map(Some).map_err(|error| fail(error.to_string()))
+    }
+}
+
+fn depth_map(stack: &ShadowMapStack) -> Result<DepthMap, FilteringError> {
+    let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
+    DepthMap::new(stack.width as usize, stack.height as usize, depths)
 }
 
 impl Source {

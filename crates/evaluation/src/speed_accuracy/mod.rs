@@ -1,0 +1,19 @@
+//! The kind `speed-accuracy`: every technique in every format and map size, its error against its cost; how many moments
+//! kernels need; and the cheapest technique that meets a tolerance on a scene.
+
+mod advise;
+mod candidate;
+mod cost;
+mod orders;
+mod race;
+mod records;
+mod run;
+mod scenery;
+mod settings;
+mod timing;
+
+pub use advise::{Advice, AdviceOptions, Choice, DEFAULT_CANDIDATES, Needs};
+pub use records::{OrderShare, SpeedAccuracyRecord, SpeedSample, SpeedViewRecord};
+pub use settings::{
+    CandidateSetting, ComparisonSetting, FrameSetting, OrderSetting, SpeedAccuracyExperiment, SpeedTiming,
+};

@@ -1,0 +1,107 @@
+//! Rows of the recorded tables. Errors are fractions of the kernel's weight, rounded to 1e-9.
+
+use serde::{Deserialize, Serialize};
+
+/// One row of records.csv: a technique in one format, at one size and with one pair of biases, on a group of fragments.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct SpeedAccuracyRecord {
+    /// Scene, or `all`.
+    pub scene: String,
+    /// View, or `all`.
+    pub view: String,
+    /// Technique.
+    pub technique: String,
+    /// Number format; `depth` for percentage-closer filtering.
+    pub format: String,
+    /// Side of the shadow map in texels.
+    pub size: u32,
+    /// Moment bias; empty for techniques without.
+    pub alpha: Option<f64>,
+    /// Depth bias in texel depths of the map.
+    pub bias_texels: f64,
+    /// Depth bias in slopes of the receiver.
+    pub bias_slopes: f64,
+    /// Whether these are the biases with the least error over all fragments.
+    pub best: bool,
+    /// Fragments evaluated.
+    pub fragments: usize,
+    /// Mean of |G - F|.
+    pub l1_error: f64,
+    /// Its standard error; empty where all fragments were evaluated.
+    pub standard_error: Option<f64>,
+    /// Mean of G - F: negative for leaking light.
+    pub signed_mean: f64,
+    /// Memory of a texel.
+    pub bits_per_texel: usize,
+    /// Operations of decoding and shading a fragment.
+    pub operations: f64,
+    /// Modelled cost of a frame, 1 for the first candidate at full size.
+    pub cost: f64,
+    /// Whether no other technique, format or size costs less and errs less over all fragments; empty for parts.
+    pub on_front: Option<bool>,
+}
+
+/// One row of samples.csv: a timing on one thread.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct SpeedSample {
+    /// Technique.
+    pub technique: String,
+    /// Number format.
+    pub format: String,
+    /// `f32` or `f64`.
+    pub precision: String,
+    /// `filter` (encoding and filtering a map) or `shade` (decoding and the bound).
+    pub stage: String,
+    /// Counts from 0; all techniques are timed in each round.
+    pub repetition: usize,
+    /// Texels or fragments.
+    pub items: usize,
+    /// Wall-clock nanoseconds for all items.
+    pub time_ns: u64,
+}
+
+/// What the kernels of a view need; orders.csv has a row for each share.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct OrderRecord {
+    pub(crate) scene: String,
+    pub(crate) view: String,
+    pub(crate) fragments: usize,
+    /// Shares by rank of the moment matrix, from 1.
+    pub(crate) ranks: Vec<f64>,
+    /// By tolerance: shares by least order, the last for none.
+    pub(crate) orders: Vec<Vec<f64>>,
+}
+
+/// One row of orders.csv: how many kernels need so many moments or surfaces.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct OrderShare {
+    /// Scene.
+    pub scene: String,
+    /// View.
+    pub view: String,
+    /// `rank` of the moment matrix, or `gap` between the sharp bounds.
+    pub by: String,
+    /// Tolerance of the rank (share of the largest eigenvalue) or of the gap.
+    pub tolerance: f64,
+    /// The rank, or the order; `more` where eight moments do not suffice.
+    pub needs: String,
+    /// Fragments looked at.
+    pub fragments: usize,
+    /// Share of these.
+    pub share: f64,
+}
+
+/// One row of views.csv.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct SpeedViewRecord {
+    /// Scene.
+    pub scene: String,
+    /// View.
+    pub view: String,
+    /// Fragments: light-facing entries whose kernel lies inside the map.
+    pub fragments: usize,
+    /// Fragments evaluated.
+    pub sampled: usize,
+    /// Most layers behind one texel.
+    pub layers: u32,
+}

@@ -1,0 +1,188 @@
+//! The TOML keys of the kind `speed-accuracy`.
+
+use super::candidate::Candidate;
+use crate::error::EvaluationError;
+use crate::filterable::settings::{MAX_SIZE, in_key};
+use serde::{Deserialize, Serialize};
+use shadow_filtering::{DepthBias, KernelSpec, Reference, TechniqueSpec};
+
+/// The TOML keys of this kind, beside `kind` and `scale`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedAccuracyExperiment {
+    /// What is asked.
+    pub question: String,
+    /// What is expected, written before the first run.
+    pub expectation: String,
+    /// Seed of the sample of fragments.
+    pub seed: u64,
+    /// Side in texels of the shadow map that percentage-closer filtering uses.
+    pub size: u32,
+    /// Techniques use maps of this size divided by these, with kernels of the same extent in the scene.
+    pub divisors: Vec<u32>,
+    /// Names of procedural scenes, or files.
+    pub scenes: Vec<String>,
+    /// Names of light views; empty for all of a scene.
+    #[serde(default)]
+    pub views: Vec<String>,
+    /// Fragments a view, spread evenly over all; 0 for all.
+    pub fragments: usize,
+    /// The reference's filter.
+    pub kernel: KernelSpec,
+    /// Largest difference between the receiver's depth and its tangent plane at a tap.
+    pub plane_limit: f64,
+    /// Bias of the reference, on top of the receiver plane.
+    pub reference: DepthBias,
+    /// Biases to try for every technique, in texels of its own map; each technique has its own best one.
+    pub biases: Vec<DepthBias>,
+    /// The frame whose cost is modelled.
+    pub frame: FrameSetting,
+    /// How many moments kernels need.
+    pub orders: OrderSetting,
+    /// What is timed after all errors are known.
+    pub timing: SpeedTiming,
+    /// Techniques with their storage.
+    pub candidate: Vec<CandidateSetting>,
+    /// Percentage-closer filtering without a receiver plane, for comparison.
+    #[serde(default)]
+    pub comparison: Vec<ComparisonSetting>,
+}
+
+/// Pixels that are shaded once each.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrameSetting {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+}
+
+/// How many moments the kernels of fragments need.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct OrderSetting {
+    /// Fragments a view, at most those of the sample.
+    pub fragments: usize,
+    /// Eigenvalues of the moment matrix up to this share of the largest one count as zero.
+    pub rank_tolerance: f64,
+    /// A kernel needs the smallest order whose upper bound exceeds the lower one by less than this.
+    pub gap_tolerances: Vec<f64>,
+}
+
+/// Timings on one thread.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpeedTiming {
+    /// How often everything is timed, technique after technique in each round.
+    pub repetitions: usize,
+    /// Fragments of the first view that are shaded.
+    pub fragments: usize,
+}
+
+/// A technique with its storage.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct CandidateSetting {
+    /// Name in records and legends, the same for all formats of a technique.
+    pub name: String,
+    /// The technique; its moment bias is given by `alphas`, its storage by `format`.
+    pub method: TechniqueSpec,
+    /// Number format: `unorm10`, `unorm16`, `f16` or `f32`.
+    pub format: String,
+    /// `identity`, `plain` (each value stretched to \[0, 1\]), `optimal`, or the name of a published transform.
+    #[serde(default = "identity")]
+    pub transform: String,
+    /// Moment biases to try.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub alphas: Vec<f64>,
+}
+
+fn identity() -> String {
+    "identity".to_owned()
+}
+
+/// Percentage-closer filtering with a kernel of its own.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ComparisonSetting {
+    /// Name in records and legends.
+    pub name: String,
+    /// The kernel at the reference's size; size 1 is the plain shadow map.
+    pub kernel: KernelSpec,
+}
+
+impl SpeedAccuracyExperiment {
+    /// Rejects values that make no sense, before anything is rendered.
+    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+        let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
+        if !(1..=MAX_SIZE).contains(&self.size) {
+            return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
+        }
+        for (key, is_empty) in [
+            ("scenes", self.scenes.is_empty()),
+            ("divisors", self.divisors.is_empty()),
+            ("biases", self.biases.is_empty()),
+            ("candidate", self.candidate.is_empty()),
+            ("orders.gap_tolerances", self.orders.gap_tolerances.is_empty()),
+        ] {
+            if is_empty {
+                return fail(key, format!("{key} is empty"));
+            }
+        }
+        let kernel = self.kernel.build().map_err(in_key("kernel"))?;
+        for (i, &divisor) in self.divisors.iter().enumerate() {
+            let key = format!("divisors[{i}]");
+            if divisor == 0 || !self.size.is_multiple_of(divisor) {
+                return fail(&key, format!("{key} = {divisor} does not divide size = {}", self.size));
+            }
+            let (map, kernel) = (self.size / divisor, kernel.size().div_ceil(divisor as usize));
+            if map as usize <= kernel {
+                return fail(&key, format!("{key} = {divisor} leaves {map} texels, no more than the kernel"));
+            }
+        }
+        self.reference_of().check().map_err(in_key("reference"))?;
+        for (i, bias) in self.biases.iter().enumerate() {
+            bias.check().map_err(in_key(&format!("biases[{i}]")))?;
+        }
+        if self.frame.width == 0 || self.frame.height == 0 {
+            return fail("frame", format!("frame = {}x{} has no pixel", self.frame.width, self.frame.height));
+        }
+        let tolerances = self.orders.gap_tolerances.iter().chain([&self.orders.rank_tolerance]);
+        for &tolerance in tolerances {
+            if !(tolerance > 0.0 && tolerance < 1.0) {
+                return fail("orders", format!("orders: tolerance {tolerance} is not between 0 and 1"));
+            }
+        }
+        for (i, setting) in self.candidate.iter().enumerate() {
+            let twin =
+                |other: &CandidateSetting| other.name == setting.name && other.format == setting.format;
+            if self.candidate[..i].iter().any(twin) {
+                let reason = format!("candidate `{}` in {} appears twice", setting.name, setting.format);
+                return fail(&format!("candidate[{i}]"), reason);
+            }
+            Candidate::new(setting, self.seed, &format!("candidate[{i}]"))?;
+        }
+        for (i, comparison) in self.comparison.iter().enumerate() {
+            comparison.kernel.build().map_err(in_key(&format!("comparison[{i}].kernel")))?;
+        }
+        Ok(())
+    }
+
+    /// How F is computed.
+    pub(crate) fn reference_of(&self) -> Reference {
+        Reference { bias: self.reference, plane_limit: self.plane_limit }
+    }
+
+    /// A kernel of the same extent in the scene on a map whose side is divided.
+    pub(crate) fn divided(kernel: KernelSpec, divisor: u32) -> KernelSpec {
+        let size = |size: usize| 2 * (size / 2).div_ceil(divisor as usize) + 1;
+        match kernel {
+            KernelSpec::Gaussian { size: s, sigma } => {
+                KernelSpec::Gaussian { size: size(s), sigma: sigma / f64::from(divisor) }
+            }
+            KernelSpec::Box { size: s } => KernelSpec::Box { size: size(s) },
+            KernelSpec::Binomial { size: s } => KernelSpec::Binomial { size: size(s) },
+        }
+    }
+}

@@ -1,0 +1,297 @@
+//! Charts of a `speed-accuracy` run: error against cost, memory and time, and what kernels need.
+
+use crate::canvas::{
+    Area, BLACK, BLUE, Drawn, FINE, GREEN, NamedFigure, ORANGE, PURPLE, SKY_BLUE, VERMILLION, anchored, font,
+    svg,
+};
+use crate::error::ReportError;
+use crate::speed_summary::SpeedTables;
+use evaluation::SpeedAccuracyRecord;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, VPos};
+
+const GRID: RGBColor = RGBColor(225, 225, 225);
+const GREY: RGBColor = RGBColor(110, 110, 110);
+
+/// Colours of families of techniques, by the beginning of their names.
+const FAMILIES: [(&str, RGBColor, &str); 8] = [
+    ("VSM", ORANGE, "VSM"),
+    ("ESM", PURPLE, "ESM"),
+    ("EVSM", VERMILLION, "EVSM"),
+    ("LVSM", RGBColor(150, 110, 70), "LVSM"),
+    ("CSM", GREEN, "CSM"),
+    ("Hamburger", BLUE, "Hamburger 4, 6, 8"),
+    ("Hausdorff", SKY_BLUE, "Hausdorff 4"),
+    ("Trigonometric", BLACK, "trigonometric 4"),
+];
+
+/// PCF and plain shadow maps.
+const OTHERS: (RGBColor, &str) = (GREY, "comparison (PCF)");
+
+fn family(technique: &str) -> RGBColor {
+    // EVSM before VSM would match, too, but names begin with the family.
+    FAMILIES
+        .iter()
+        .find(|(prefix, ..)| technique.starts_with(prefix))
+        .map_or(OTHERS.0, |(_, colour, _)| *colour)
+}
+
+/// A technique in a chart.
+struct Mark {
+    x: f64,
+    /// Interval of x, where it was measured.
+    x_range: Option<(f64, f64)>,
+    y: f64,
+    y_margin: f64,
+    colour: RGBColor,
+    /// 0 for the largest map, 1 for a half, 2 for a quarter.
+    shape: u32,
+    name: String,
+    on_front: bool,
+}
+
+struct Scatter<'a> {
+    x_label: &'a str,
+    marks: Vec<Mark>,
+    sizes: Vec<u32>,
+}
+
+/// All figures of a run.
+pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<NamedFigure>, ReportError> {
+    let mut sizes: Vec<u32> = tables.best().map(|r| r.size).collect();
+    sizes.sort_unstable_by(|a, b| b.cmp(a));
+    sizes.dedup();
+    let mark = |r: &SpeedAccuracyRecord, x: f64, x_range: Option<(f64, f64)>| Mark {
+        x,
+        x_range,
+        y: r.l1_error,
+        y_margin: 2.0 * r.standard_error.unwrap_or_default(),
+        colour: family(&r.technique),
+        shape: sizes.iter().position(|&size| size == r.size).unwrap_or_default() as u32,
+        name: format!("{}, {}", r.technique, r.format),
+        on_front: false,
+    };
+    let cost = tables.best().map(|r| mark(r, r.cost, None)).collect();
+    let full = tables.full();
+    let filterable = || full.iter().filter(|r| r.format != "depth");
+    let bits = filterable().map(|r| mark(r, r.bits_per_texel as f64, None)).collect();
+    let time = filterable().filter_map(|r| {
+        let time = tables.time(&r.technique, &r.format, "f32", "shade")?;
+        Some(mark(r, time.median, Some((time.least, time.most))))
+    });
+    let time = time.collect();
+    let chart = |id: &'static str, x_label: &str, marks: Vec<Mark>, shown: &[u32]| {
+        let scatter = Scatter { x_label, marks: with_front(marks), sizes: shown.to_vec() };
+        svg(id, (860, 560), |root| scatter.draw(root))
+    };
+    let first = &sizes[..sizes.len().min(1)];
+    Ok(vec![
+        NamedFigure {
+            id: "cost",
+            title: "Error against modelled frame cost (lower and further left is better)",
+            svg: chart("cost", "modelled cost of a frame; VSM in f32 on the largest map = 1", cost, &sizes)?,
+        },
+        NamedFigure {
+            id: "memory",
+            title: "Error against memory on the largest map (lower and further left is better)",
+            svg: chart("memory", "bits per texel", bits, first)?,
+        },
+        NamedFigure {
+            id: "time",
+            title: "Error against time to shade a fragment on one core (lower and further left is better)",
+            svg: chart("time", "nanoseconds a fragment, one core, f32, a call at a time", time, first)?,
+        },
+        NamedFigure {
+            id: "needs",
+            title: "How many moments and surfaces the kernels of each scene need",
+            svg: svg("needs", (860, 90 + 34 * needs_rows(tables)), |root| needs(root, tables))?,
+        },
+    ])
+}
+
+/// Marks those that no other beats in both.
+fn with_front(mut marks: Vec<Mark>) -> Vec<Mark> {
+    let beaten = |a: &Mark, b: &Mark| b.x <= a.x && b.y <= a.y && (b.x < a.x || b.y < a.y);
+    let on: Vec<bool> = marks.iter().map(|a| !marks.iter().any(|b| beaten(a, b))).collect();
+    marks.iter_mut().zip(on).for_each(|(mark, on)| mark.on_front = on);
+    marks.sort_by(|a, b| a.x.total_cmp(&b.x));
+    marks
+}
+
+impl Scatter<'_> {
+    fn draw(&self, area: &Area<'_>) -> Drawn {
+        let (plot, key) = area.split_vertically(area.dim_in_pixel().1 as i32 - 74 * FINE as i32);
+        let least = self.marks.iter().map(|m| m.x).fold(f64::INFINITY, f64::min);
+        let most = self.marks.iter().map(|m| m.x).fold(0.0, f64::max);
+        let top = self.marks.iter().map(|m| m.y + m.y_margin).fold(0.0, f64::max);
+        if self.marks.is_empty() || least <= 0.0 {
+            return Ok(());
+        }
+        let mut builder = ChartBuilder::on(&plot);
+        builder.margin_left(6 * FINE).margin_right(20 * FINE).margin_top(10 * FINE);
+        builder.x_label_area_size(44 * FINE).y_label_area_size(58 * FINE);
+        let mut chart =
+            builder.build_cartesian_2d((0.85 * least..1.3 * most).log_scale(), 0.0..1.06 * top)?;
+        let percent = |value: &f64| format!("{:.0} %", 100.0 * value);
+        let plain = |value: &f64| {
+            if *value >= 10.0 { format!("{value:.0}") } else { format!("{value}") }
+        };
+        let mut mesh = chart.configure_mesh();
+        mesh.light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(2));
+        mesh.y_labels(8).x_labels(8).y_label_formatter(&percent).x_label_formatter(&plain);
+        mesh.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
+        mesh.x_desc(self.x_label).y_desc("mean |G - F| over all fragments");
+        mesh.draw()?;
+        let mut steps: Vec<(f64, f64)> = Vec::new();
+        for mark in self.marks.iter().filter(|m| m.on_front) {
+            if let Some(&(_, y)) = steps.last() {
+                steps.push((mark.x, y));
+            }
+            steps.push((mark.x, mark.y));
+        }
+        if let Some(&(_, y)) = steps.last() {
+            steps.push((1.3 * most, y));
+        }
+        chart.draw_series([PathElement::new(steps, GREY.stroke_width(5))])?;
+        for mark in &self.marks {
+            let colour = mark.colour.mix(if mark.on_front { 1.0 } else { 0.35 });
+            let bar = |a: (f64, f64), b: (f64, f64)| PathElement::new([a, b], colour.stroke_width(4));
+            if mark.y_margin > 0.0 {
+                let (low, high) = ((mark.y - mark.y_margin).max(0.0), mark.y + mark.y_margin);
+                chart.draw_series([bar((mark.x, low), (mark.x, high))])?;
+            }
+            if let Some((low, high)) = mark.x_range {
+                chart.draw_series([bar((low, mark.y), (high, mark.y))])?;
+            }
+            let (x, y) = chart.backend_coord(&(mark.x, mark.y));
+            let (left, above) = area.get_base_pixel();
+            symbol(area, (x - left, y - above), mark.shape, colour)?;
+        }
+        self.names(area, |mark| chart.backend_coord(&(mark.x, mark.y)))?;
+        self.key(&key)
+    }
+
+    /// Names of the front, each beside its mark and above the last name that it would cover.
+    fn names(&self, area: &Area<'_>, place: impl Fn(&Mark) -> (i32, i32)) -> Drawn {
+        let (left, above) = area.get_base_pixel();
+        let fine = FINE as i32;
+        let width = area.dim_in_pixel().0 as i32;
+        let mut taken: Vec<[i32; 4]> = Vec::new();
+        for mark in self.marks.iter().filter(|m| m.on_front) {
+            let (x, y) = place(mark);
+            let (x, y) = (x - left, y - above);
+            let length = 6 * fine * mark.name.chars().count() as i32;
+            let from = if x + length + 12 * fine < width { x + 8 * fine } else { x - 8 * fine - length };
+            let mut row = y - 9 * fine;
+            let covers = |row: i32, taken: &[[i32; 4]]| {
+                taken.iter().any(|[a, b, c, d]| {
+                    from < *c && from + length > *a && row - 7 * fine < *d && row + 7 * fine > *b
+                })
+            };
+            while covers(row, &taken) && row > 12 * fine {
+                row -= 13 * fine;
+            }
+            taken.push([from, row - 7 * fine, from + length, row + 7 * fine]);
+            if row < y - 20 * fine {
+                area.draw(&PathElement::new(
+                    [(x, y), (from + 2 * fine, row + 6 * fine)],
+                    GRID.stroke_width(3),
+                ))?;
+            }
+            let style = anchored(11, HPos::Left, VPos::Center).color(&mark.colour);
+            area.draw(&Text::new(mark.name.clone(), (from, row), style))?;
+        }
+        Ok(())
+    }
+
+    fn key(&self, area: &Area<'_>) -> Drawn {
+        let fine = FINE as i32;
+        let families = FAMILIES.iter().map(|&(_, colour, name)| (colour, name)).chain([OTHERS]);
+        let shown = families.filter(|(colour, _)| self.marks.iter().any(|mark| mark.colour == *colour));
+        let column = area.dim_in_pixel().0 as i32 / 5;
+        for (i, (colour, name)) in shown.enumerate() {
+            let at = (column * (i as i32 % 5) + 16 * fine, (i as i32 / 5) * 18 * fine + 10 * fine);
+            symbol(area, at, 0, colour.mix(1.0))?;
+            let text = (at.0 + 10 * fine, at.1);
+            area.draw(&Text::new(name, text, anchored(12, HPos::Left, VPos::Center)))?;
+        }
+        let mut notes: Vec<(Option<u32>, String)> = Vec::new();
+        if self.sizes.len() > 1 {
+            let shapes = self.sizes.iter().enumerate();
+            notes.extend(shapes.map(|(i, size)| (Some(i as u32), format!("{size}x{size} map"))));
+        }
+        notes.push((None, "pale: something is better in both".to_owned()));
+        for (i, (shape, note)) in notes.into_iter().enumerate() {
+            let at = (column * i as i32 + 16 * fine, 56 * fine);
+            let text = match shape {
+                Some(shape) => {
+                    symbol(area, at, shape, GREY.mix(1.0))?;
+                    (at.0 + 10 * fine, at.1)
+                }
+                None => at,
+            };
+            area.draw(&Text::new(note, text, anchored(12, HPos::Left, VPos::Center)))?;
+        }
+        Ok(())
+    }
+}
+
+/// A disc, a square or a triangle.
+fn symbol(area: &Area<'_>, (x, y): (i32, i32), shape: u32, colour: RGBAColor) -> Drawn {
+    let r = 4 * FINE as i32;
+    match shape {
+        0 => area.draw(&Circle::new((x, y), r, colour.filled()))?,
+        1 => area.draw(&Rectangle::new([(x - r, y - r), (x + r, y + r)], colour.filled()))?,
+        _ => area.draw(&Polygon::new(vec![(x, y - r), (x - r, y + r), (x + r, y + r)], colour.filled()))?,
+    }
+    Ok(())
+}
+
+fn needs_rows(tables: &SpeedTables) -> u32 {
+    (tables.need_kinds().len() * (tables.scenes().len() + 1)) as u32
+}
+
+/// From few to many.
+const SHADES: [RGBColor; 5] = [
+    RGBColor(222, 235, 247),
+    RGBColor(158, 202, 225),
+    RGBColor(66, 146, 198),
+    RGBColor(8, 81, 156),
+    RGBColor(213, 94, 0),
+];
+
+/// Stacked bars: for each kind of need the scenes.
+fn needs(area: &Area<'_>, tables: &SpeedTables) -> Drawn {
+    let fine = FINE as i32;
+    let (left, right) = (230 * fine, area.dim_in_pixel().0 as i32 - 20 * fine);
+    let mut y = 14 * fine;
+    for (by, tolerance) in tables.need_kinds() {
+        let title = match by {
+            "rank" => format!("surfaces (rank at {tolerance:e})"),
+            _ => format!("moments for a gap below {tolerance}"),
+        };
+        area.draw(&Text::new(title, (left, y), anchored(12, HPos::Left, VPos::Center)))?;
+        y += 12 * fine;
+        for scene in tables.scenes().into_iter().chain(["all"]) {
+            let (top, bottom) = (y, y + 22 * fine);
+            let name = (left - 8 * fine, (top + bottom) / 2);
+            area.draw(&Text::new(scene, name, anchored(12, HPos::Right, VPos::Center)))?;
+            let mut from = 0.0;
+            for (i, (needs, share)) in tables.needs(scene, by, tolerance).into_iter().enumerate() {
+                let x = |share: f64| left + (f64::from(right - left) * share) as i32;
+                let colour = SHADES[i.min(SHADES.len() - 1)];
+                area.draw(&Rectangle::new([(x(from), top), (x(from + share), bottom)], colour.filled()))?;
+                if share > 0.05 {
+                    let ink = if i < 2 { &BLACK } else { &WHITE };
+                    let style = anchored(11, HPos::Center, VPos::Center).color(ink);
+                    let text = format!("{needs}: {:.0} %", 100.0 * share);
+                    area.draw(&Text::new(text, (x(from + 0.5 * share), (top + bottom) / 2), style))?;
+                }
+                from += share;
+            }
+            y = bottom + 3 * fine;
+        }
+        y += 22 * fine;
+    }
+    Ok(())
+}
