@@ -50,6 +50,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     let advice = Advice::seek_on(&options, arguments.threads).map_err(failure)?;
     bar.finish();
+    arguments.output.emit(&advice, |out| write_advice(out, &advice))?;
     if advice.recommendation.is_none() {
         let best = advice.next_better.as_ref().map(describe).unwrap_or_default();
         return Err(Failure::Input(anyhow!(
@@ -58,7 +59,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             advice.scene
         )));
     }
-    arguments.output.emit(&advice, |out| write_advice(out, &advice))
+    Ok(())
 }
 
 fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
@@ -115,8 +116,15 @@ fn write_choice(out: &mut dyn Write, title: &str, choice: &Choice) -> io::Result
 
 fn name(choice: &Choice) -> String {
     let alpha = choice.alpha.map(|alpha| format!(", alpha {alpha:e}")).unwrap_or_default();
+    let mut blend = String::new();
+    if choice.beta > 0.0 {
+        blend += &format!(", beta {}", choice.beta);
+    }
+    if choice.leak_reduction > 0.0 {
+        blend += &format!(", leak reduction {}", choice.leak_reduction);
+    }
     format!(
-        "{} in {}{alpha}, {size}x{size}, kernel {kernel}x{kernel}, bias {} texels + {} slopes",
+        "{} in {}{alpha}, {size}x{size}, kernel {kernel}x{kernel}, bias {} texels + {} slopes{blend}",
         choice.technique,
         choice.format,
         choice.bias_texels,
@@ -160,7 +168,8 @@ fn write_needs(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
             totals.iter().map(|(needs, total)| format!("{needs}: {:.0} %", 100.0 * total / views)).collect();
         let what = match by {
             "rank" => format!("surfaces in a kernel (rank at {tolerance:e})"),
-            _ => format!("moments needed for a gap below {tolerance}"),
+            "gap" => format!("moments for bounds closer than {tolerance}"),
+            _ => format!("moments that lose less than {tolerance} to PCF"),
         };
         writeln!(out, "{what:<40} {}", list.join(", "))?;
     }

@@ -45,9 +45,9 @@ pub use search::{
 pub use shadow_filtering::techniques::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use speed_accuracy::{
-    Advice, AdviceOptions, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES, FrameSetting,
-    Needs, OrderSetting, OrderShare, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
-    SpeedViewRecord,
+    Advice, AdviceOptions, Blend, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES,
+    FrameSetting, Needs, OrderSetting, OrderShare, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample,
+    SpeedTiming, SpeedViewRecord,
 };
 pub use stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,

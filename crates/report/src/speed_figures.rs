@@ -268,7 +268,8 @@ fn needs(area: &Area<'_>, tables: &SpeedTables) -> Drawn {
     for (by, tolerance) in tables.need_kinds() {
         let title = match by {
             "rank" => format!("surfaces (rank at {tolerance:e})"),
-            _ => format!("moments for a gap below {tolerance}"),
+            "gap" => format!("moments for bounds closer than {tolerance}"),
+            _ => format!("moments that lose less than {tolerance} to PCF"),
         };
         area.draw(&Text::new(title, (left, y), anchored(12, HPos::Left, VPos::Center)))?;
         y += 12 * fine;

@@ -187,7 +187,8 @@ impl SpeedTables {
                 "rank" => {
                     format!("Kernels by number of surfaces (rank at {tolerance:e}): {}.", shares.join(", "))
                 }
-                _ => format!("Moments needed for bounds closer than {tolerance}: {}.", shares.join(", ")),
+                "gap" => format!("Moments for bounds closer than {tolerance}: {}.", shares.join(", ")),
+                _ => format!("Moments that lose less than {tolerance} to PCF: {}.", shares.join(", ")),
             });
         }
         sentences.push("No graphics processor was at hand: there are no GPU times.".to_owned());

@@ -148,7 +148,8 @@ fn needs(tables: &SpeedTables, text: &mut String) {
             "rank" => format!(
                 "Surfaces in a kernel: eigenvalues of the moment matrix above {tolerance:e} of the largest"
             ),
-            _ => format!("Least number of moments whose sharp bounds are closer than {tolerance}"),
+            "gap" => format!("Least number of moments whose sharp bounds are closer than {tolerance}"),
+            _ => format!("Least number of moments whose lower bound loses less than {tolerance} to PCF"),
         };
         let names: Vec<String> =
             tables.needs("all", by, tolerance).into_iter().map(|(needs, _)| needs).collect();

@@ -11,6 +11,12 @@ pub trait RealTime: Technique {
     /// user has chosen a bias.
     fn shade_single(&self, filtered: &[f32], z_f: f32) -> f32;
 
+    /// Both bounds, lower and upper, before they are blended; twice [`RealTime::shade_single`] where a technique has no
+    /// upper bound.
+    fn bounds_single(&self, filtered: &[f32], z_f: f32) -> [f32; 2] {
+        [self.shade_single(filtered, z_f); 2]
+    }
+
     /// The same two functions in WGSL, or `None` for a bound without a shader:
     /// `const CHANNELS`, `fn encode(depth: f32) -> array<f32, CHANNELS>` and
     /// `fn shade(filtered: array<f32, CHANNELS>, z_f: f32) -> f32`, with everything that they need.
@@ -23,7 +29,7 @@ pub trait RealTime: Technique {
 
 /// Implements [`RealTime`] by `encode_in` and `shade_in`, which are generic over the number type.
 macro_rules! in_real_time {
-    ($type:ty, |$technique:pat_param| $shader:expr) => {
+    ($type:ty, |$technique:pat_param| $shader:expr $(, $more:item)?) => {
         impl RealTime for $type {
             fn encode_single(&self, depth: f32, out: &mut [f32]) {
                 self.encode_in(depth, out);
@@ -32,6 +38,8 @@ macro_rules! in_real_time {
             fn shade_single(&self, filtered: &[f32], z_f: f32) -> f32 {
                 self.shade_in(filtered, z_f)
             }
+
+            $($more)?
 
             fn shader(&self) -> Option<String> {
                 use crate::shaders;

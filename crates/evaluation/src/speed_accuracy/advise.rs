@@ -3,7 +3,7 @@
 use super::orders;
 use super::race::{CONFIDENCE, Estimate, Race};
 use super::records::OrderShare;
-use super::scenery::Plan;
+use super::scenery::{Plan, Variant};
 use super::settings::SpeedAccuracyExperiment;
 use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Kind, Scale};
@@ -48,6 +48,10 @@ pub struct Choice {
     pub bias_texels: f64,
     /// Depth bias in slopes of the receiver.
     pub bias_slopes: f64,
+    /// 0 for the lower bound, towards 1 for the upper.
+    pub beta: f64,
+    /// What shadows are divided by, subtracted from 1.
+    pub leak_reduction: f64,
     /// Side of the shadow map in texels.
     pub size: u32,
     /// Texels of its filter kernel along a side.
@@ -101,14 +105,17 @@ pub struct Advice {
     pub recommendation: Option<Choice>,
     /// Of the cheaper ones, which do not meet it, the most accurate.
     pub next_cheaper: Option<Choice>,
-    /// The cheapest that is more accurate; without a recommendation the most accurate of all.
+    /// The cheapest that errs at least a tenth less; without a recommendation the most accurate of all.
     pub next_better: Option<Choice>,
     /// Moments and surfaces that the kernels need.
     pub needs: Vec<Needs>,
 }
 
-/// Fragments that the neighbours of a recommendation see, at least.
-const NEIGHBOUR_FRAGMENTS: usize = 1 << 16;
+/// Fragments that a technique in the answer has seen, at least.
+const SHOWN_FRAGMENTS: usize = 1 << 16;
+
+/// What is better errs at least a tenth less.
+const BETTER: f64 = 0.9;
 
 impl Advice {
     /// Races the candidates on the scene, on so many threads; without a number one per logical core.
@@ -133,10 +140,11 @@ impl Advice {
         let winner = race.run(tolerance, &|seen, of| (options.progress)(seen, of))?;
         let (recommendation, next_cheaper, next_better) = match winner {
             Some(winner) => {
-                let seen = race.arms[winner].seen().max(NEIGHBOUR_FRAGMENTS);
+                race.extend(winner, SHOWN_FRAGMENTS)?;
+                let seen = race.arms[winner].seen();
                 let cheaper = least_error(&race, 0..winner);
                 let error = race.best_variant(winner).1.error;
-                let is_better = |arm: &usize| race.best_variant(*arm).1.error < error;
+                let is_better = |arm: &usize| race.best_variant(*arm).1.error < BETTER * error;
                 let better = (winner + 1..race.arms.len()).find(is_better);
                 for neighbour in [cheaper, better].into_iter().flatten() {
                     race.extend(neighbour, seen)?;
@@ -147,10 +155,10 @@ impl Advice {
                 // The most accurate may change as more is seen of it.
                 let mut best = least_error(&race, 0..race.arms.len());
                 while let Some(arm) = best.filter(|&arm| race.arms[arm].seen() < race.fragments()) {
-                    if race.arms[arm].seen() >= NEIGHBOUR_FRAGMENTS {
+                    if race.arms[arm].seen() >= SHOWN_FRAGMENTS {
                         break;
                     }
-                    race.extend(arm, NEIGHBOUR_FRAGMENTS)?;
+                    race.extend(arm, SHOWN_FRAGMENTS)?;
                     best = least_error(&race, 0..race.arms.len());
                 }
                 (None, None, best)
@@ -166,7 +174,7 @@ impl Advice {
             reference_size: experiment.size,
             fragments: race.fragments(),
             confidence: CONFIDENCE,
-            candidates: (0..race.arms.len()).map(|arm| plan.variants(race.arms[arm].candidate)).sum(),
+            candidates: race.arms.iter().map(|arm| arm.variants.len()).sum(),
             evaluated_share: race.evaluations as f64 / all.max(1) as f64,
             recommendation: choice(recommendation),
             next_cheaper: choice(next_cheaper),
@@ -209,7 +217,7 @@ fn choice(plan: &Plan<'_>, race: &Race<'_>, arm: usize) -> Choice {
     let (variant, estimate) = race.best_variant(arm);
     let Estimate { error, low, high, fragments } = estimate;
     let (candidate, divisor) = (race.arms[arm].candidate, race.arms[arm].divisor);
-    let (alpha, bias) = plan.variant(candidate, variant);
+    let Variant { alpha, bias, blend, .. } = race.arms[arm].variants[variant];
     let of = &plan.candidates[candidate];
     let size = plan.experiment.size / plan.experiment.divisors[divisor];
     let bits_per_texel = of.stored.bits_per_texel();
@@ -220,6 +228,8 @@ fn choice(plan: &Plan<'_>, race: &Race<'_>, arm: usize) -> Choice {
         alpha,
         bias_texels: bias.texels,
         bias_slopes: bias.slopes,
+        beta: blend.beta,
+        leak_reduction: blend.leak_reduction,
         size,
         kernel_size: plan.kernels[divisor].size(),
         l1_error: error,

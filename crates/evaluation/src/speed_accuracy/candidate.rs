@@ -17,6 +17,7 @@ pub(crate) struct Candidate {
     pub(crate) stored: StoredTechnique,
     /// The same technique with each moment bias; one without where it has none.
     pub(crate) biased: Vec<(Option<f64>, Box<dyn Technique>)>,
+    has_upper: bool,
     /// Operations of decoding and shading a fragment, see [`RealTime::operations`].
     pub(crate) operations: f64,
 }
@@ -66,16 +67,29 @@ impl Candidate {
             .map_err(|error| fail("format", error.to_string()))?;
         let first = biased[0].1.real_time();
         let operations = first.map_or(0.0, |first| operations(first, &stored));
-        Ok(Self { name: setting.name.clone(), format: setting.format.clone(), stored, biased, operations })
+        Ok(Self {
+            name: setting.name.clone(),
+            format: setting.format.clone(),
+            stored,
+            biased,
+            has_upper: moment_bound(&spec).is_some(),
+            operations,
+        })
     }
 
     pub(crate) fn channels(&self) -> usize {
         self.stored.technique().channels()
     }
 
-    /// G of a sample of the filtered map, with the moment bias of that index.
-    pub(crate) fn shade(&self, moments: &[f32], alpha: usize, z_f: f32) -> f32 {
-        self.biased[alpha].1.real_time().map_or(0.0, |technique| technique.shade_single(moments, z_f))
+    /// Both bounds for a sample of the filtered map, with the moment bias of that index.
+    pub(crate) fn bounds(&self, moments: &[f32], alpha: usize, z_f: f32) -> [f32; 2] {
+        // `new` has refused techniques without a shader.
+        self.biased[alpha].1.real_time().map_or([0.0, 1.0], |technique| technique.bounds_single(moments, z_f))
+    }
+
+    /// Whether there is an upper bound to blend with.
+    pub(crate) fn has_upper(&self) -> bool {
+        self.has_upper
     }
 }
 

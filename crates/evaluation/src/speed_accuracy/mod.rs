@@ -15,5 +15,6 @@ mod timing;
 pub use advise::{Advice, AdviceOptions, Choice, DEFAULT_CANDIDATES, Needs};
 pub use records::{OrderShare, SpeedAccuracyRecord, SpeedSample, SpeedViewRecord};
 pub use settings::{
-    CandidateSetting, ComparisonSetting, FrameSetting, OrderSetting, SpeedAccuracyExperiment, SpeedTiming,
+    Blend, CandidateSetting, ComparisonSetting, FrameSetting, OrderSetting, SpeedAccuracyExperiment,
+    SpeedTiming,
 };

@@ -20,8 +20,10 @@ pub(crate) const LARGEST_RANK: usize = 5;
 struct Need {
     /// 1 to 5.
     rank: usize,
-    /// Upper minus lower bound at z_f by order.
+    /// Upper minus lower bound at the biased depth by order.
     gaps: [f64; 4],
+    /// F minus the lower bound there.
+    losses: [f64; 4],
 }
 
 /// Powers 0 to 8 of 2 z - 1, averaged over a kernel.
@@ -52,14 +54,18 @@ pub(crate) fn needed(plan: &Plan<'_>, view: &SceneView, number: usize) -> OrderR
     let one = |&fragment: &u32| {
         let receiver = &view.receivers[fragment as usize];
         let moments = moments(&view.map, &plan.kernel, (receiver.x, receiver.y));
-        let bias = &plan.experiment.biases[0];
+        // The last bias is the largest: at the receiver's own depth its own surface would be the gap.
+        let bias = plan.experiment.biases.last().copied().unwrap_or_default();
         let z = receiver.depth - bias.depth(receiver, view.texel_depth, plan.experiment.plane_limit);
-        let s = 2.0 * z.clamp(0.0, 1.0) - 1.0;
-        let gap = |bound: MomentBound| {
-            let pair = bound.bounds(&moments[1..], s);
-            pair.upper - pair.lower
-        };
-        Need { rank: rank(&moments, settings.rank_tolerance), gaps: ORDERS.map(gap) }
+        let z = z.clamp(0.0, 1.0);
+        let pairs = ORDERS.map(|bound| bound.bounds(&moments[1..], 2.0 * z - 1.0));
+        let truth =
+            plan.experiment.reference_of().intensity(&view.map, &plan.kernel, receiver, view.texel_depth);
+        Need {
+            rank: rank(&moments, settings.rank_tolerance),
+            gaps: pairs.map(|pair| pair.upper - pair.lower),
+            losses: pairs.map(|pair| truth - pair.lower),
+        }
     };
     let needs: Vec<Need> = fragments.par_iter().map(one).collect();
     let count = needs.len().max(1) as f64;
@@ -67,16 +73,22 @@ pub(crate) fn needed(plan: &Plan<'_>, view: &SceneView, number: usize) -> OrderR
         rounded(needs.iter().filter(|need| wanted(need)).count() as f64 / count)
     };
     let ranks = (1..=LARGEST_RANK).map(|rank| share(&|need| need.rank == rank)).collect();
-    let orders = settings.gap_tolerances.iter().map(|&tolerance| {
-        let order = |need: &Need| need.gaps.iter().position(|&gap| gap < tolerance).unwrap_or(ORDERS.len());
-        (0..=ORDERS.len()).map(|wanted| share(&|need| order(need) == wanted)).collect()
-    });
+    let by_order = |distances: &dyn Fn(&Need) -> [f64; 4]| {
+        let shares = settings.gap_tolerances.iter().map(|&tolerance| {
+            let order = |need: &Need| {
+                distances(need).iter().position(|&distance| distance < tolerance).unwrap_or(ORDERS.len())
+            };
+            (0..=ORDERS.len()).map(|wanted| share(&|need| order(need) == wanted)).collect()
+        });
+        shares.collect()
+    };
     OrderRecord {
         scene: view.scene.clone(),
         view: view.view.clone(),
         fragments: needs.len(),
         ranks,
-        orders: orders.collect(),
+        by_gap: by_order(&|need| need.gaps),
+        by_loss: by_order(&|need| need.losses),
     }
 }
 

@@ -5,7 +5,7 @@
 //! "Concentration inequalities for sampling without replacement"): errors lie in \[0, 1\], nothing else is assumed. All
 //! intervals of a race hold together with probability [`CONFIDENCE`].
 
-use super::scenery::{Plan, SceneView};
+use super::scenery::{Plan, SceneView, Sums, Variant};
 use crate::error::EvaluationError;
 use crate::kernel::Random;
 
@@ -27,19 +27,12 @@ pub(crate) struct Estimate {
     pub(crate) fragments: usize,
 }
 
-/// Sums over the fragments seen.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    error: f64,
-    square: f64,
-    seen: usize,
-}
-
 /// A candidate at one map size.
 pub(crate) struct Arm {
     pub(crate) candidate: usize,
     pub(crate) divisor: usize,
     pub(crate) cost: f64,
+    pub(crate) variants: Vec<Variant>,
     /// By variant.
     sums: Vec<Sums>,
     /// Variants that may still be the best of the arm.
@@ -78,8 +71,9 @@ impl<'a> Race<'a> {
                         candidate,
                         divisor,
                         cost: plan.cost(candidate, divisor).total(),
-                        sums: vec![Sums::default(); variants],
-                        live: (0..variants).collect(),
+                        sums: vec![Sums::default(); variants.len()],
+                        live: (0..variants.len()).collect(),
+                        variants,
                     });
                 }
             }
@@ -144,6 +138,7 @@ impl<'a> Race<'a> {
         if upto <= from {
             return Ok(());
         }
+        let variants: Vec<Variant> = live.iter().map(|&variant| self.arms[arm].variants[variant]).collect();
         let place = (self.arms[arm].candidate, self.arms[arm].divisor);
         // View by view; within a view in the order of the map, for the sake of its caches.
         let mut order: Vec<usize> = (from..upto).collect();
@@ -156,18 +151,12 @@ impl<'a> Race<'a> {
             rest = others;
             let fragments: Vec<u32> = group.iter().map(|&i| self.shuffled[i].1).collect();
             let truth: Vec<f32> = group.iter().map(|&i| self.truth[i]).collect();
-            let errors = self.plan.errors(place, &self.views[view as usize], (&fragments, &truth), &live)?;
-            for item in errors.chunks_exact(live.len()) {
-                for (&variant, &error) in live.iter().zip(item) {
-                    let sums = &mut self.arms[arm].sums[variant];
-                    sums.error += f64::from(error).abs();
-                    sums.square += f64::from(error).powi(2);
-                }
+            let view = &self.views[view as usize];
+            let sums = self.plan.sums(place, view, (&fragments, &truth), &variants)?;
+            for (&variant, more) in live.iter().zip(&sums) {
+                self.arms[arm].sums[variant].add(more);
             }
             self.evaluations += fragments.len();
-        }
-        for &variant in &live {
-            self.arms[arm].sums[variant].seen = upto;
         }
         let least = live.iter().map(|&v| self.estimate(arm, v).high).fold(f64::INFINITY, f64::min);
         let kept: Vec<usize> = live.into_iter().filter(|&v| self.estimate(arm, v).low <= least).collect();
@@ -213,28 +202,27 @@ impl<'a> Race<'a> {
     /// Mean error of a variant with its interval.
     pub(crate) fn estimate(&self, arm: usize, variant: usize) -> Estimate {
         let sums = self.arms[arm].sums[variant];
-        let (n, all) = (sums.seen as f64, self.shuffled.len() as f64);
-        if sums.seen == 0 {
+        let (n, all) = (sums.count as f64, self.shuffled.len() as f64);
+        if sums.count == 0 {
             return Estimate { error: 1.0, low: 0.0, high: 1.0, fragments: 0 };
         }
-        let error = sums.error / n;
-        let half = if sums.seen == self.shuffled.len() {
+        let error = sums.mean();
+        let half = if sums.count == self.shuffled.len() {
             0.0
         } else {
-            let deviation = (sums.square / n - error * error).max(0.0).sqrt();
             let rest = if 2.0 * n <= all { 1.0 - (n - 1.0) / all } else { (1.0 - n / all) * (1.0 + 1.0 / n) };
             // 7 / 3 + 3 / sqrt 2
             const KAPPA: f64 = 4.454_653_676_892_975_5;
-            deviation * (2.0 * rest * self.log_term / n).sqrt() + KAPPA * self.log_term / n
+            sums.deviation() * (2.0 * rest * self.log_term / n).sqrt() + KAPPA * self.log_term / n
         };
         let (low, high) = ((error - half).max(0.0), (error + half).min(1.0));
-        Estimate { error, low, high, fragments: sums.seen }
+        Estimate { error, low, high, fragments: sums.count }
     }
 }
 
 impl Arm {
     /// Fragments seen by the variants that are live.
     pub(crate) fn seen(&self) -> usize {
-        self.live.first().map_or(0, |&variant| self.sums[variant].seen)
+        self.live.first().map_or(0, |&variant| self.sums[variant].count)
     }
 }

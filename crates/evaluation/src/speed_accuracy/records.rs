@@ -21,7 +21,11 @@ pub struct SpeedAccuracyRecord {
     pub bias_texels: f64,
     /// Depth bias in slopes of the receiver.
     pub bias_slopes: f64,
-    /// Whether these are the biases with the least error over all fragments.
+    /// Blend of lower and upper bound.
+    pub beta: f64,
+    /// What shadows are divided by, subtracted from 1.
+    pub leak_reduction: f64,
+    /// Whether these are the biases and the blend with the least error over all fragments.
     pub best: bool,
     /// Fragments evaluated.
     pub fragments: usize,
@@ -69,7 +73,9 @@ pub(crate) struct OrderRecord {
     /// Shares by rank of the moment matrix, from 1.
     pub(crate) ranks: Vec<f64>,
     /// By tolerance: shares by least order, the last for none.
-    pub(crate) orders: Vec<Vec<f64>>,
+    pub(crate) by_gap: Vec<Vec<f64>>,
+    /// The same for what the lower bound loses to PCF.
+    pub(crate) by_loss: Vec<Vec<f64>>,
 }
 
 /// One row of orders.csv: how many kernels need so many moments or surfaces.
@@ -79,9 +85,9 @@ pub struct OrderShare {
     pub scene: String,
     /// View.
     pub view: String,
-    /// `rank` of the moment matrix, or `gap` between the sharp bounds.
+    /// `rank` of the moment matrix, `gap` between the sharp bounds, or `loss` of the lower bound to PCF.
     pub by: String,
-    /// Tolerance of the rank (share of the largest eigenvalue) or of the gap.
+    /// Tolerance of the rank (share of the largest eigenvalue), the gap or the loss.
     pub tolerance: f64,
     /// The rank, or the order; `more` where eight moments do not suffice.
     pub needs: String,

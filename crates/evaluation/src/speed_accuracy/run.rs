@@ -3,8 +3,8 @@
 use super::cost::FrameCost;
 use super::orders::{self, LARGEST_RANK, ORDERS};
 use super::records::{OrderRecord, OrderShare, SpeedAccuracyRecord, SpeedViewRecord};
-use super::scenery::{Plan, SceneView};
-use super::settings::SpeedAccuracyExperiment;
+use super::scenery::{Plan, SceneView, Sums, Variant};
+use super::settings::{Blend, SpeedAccuracyExperiment};
 use super::timing;
 use crate::error::EvaluationError;
 use crate::filterable::records::rounded;
@@ -13,42 +13,12 @@ use crate::run_directory::RecordedFile;
 use rayon::prelude::*;
 use shadow_filtering::{DepthBias, Kernel, Receiver};
 
-/// Sums of a view's errors for one variant.
-#[derive(Clone, Copy, Debug, Default)]
-struct Sums {
-    count: usize,
-    magnitude: f64,
-    square: f64,
-    signed: f64,
-}
-
-impl Sums {
-    fn push(&mut self, error: f32) {
-        let error = f64::from(error);
-        self.count += 1;
-        self.magnitude += error.abs();
-        self.square += error * error;
-        self.signed += error;
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.count += other.count;
-        self.magnitude += other.magnitude;
-        self.square += other.square;
-        self.signed += other.signed;
-    }
-
-    fn mean(&self) -> f64 {
-        self.magnitude / self.count.max(1) as f64
-    }
-}
-
 /// One technique, format and size with the sums of all variants by view.
 struct Measured {
     technique: String,
     format: String,
     size: u32,
-    variants: Vec<(Option<f64>, DepthBias)>,
+    variants: Vec<Variant>,
     bits_per_texel: usize,
     operations: f64,
     cost: FrameCost,
@@ -122,17 +92,16 @@ impl SpeedAccuracyExperiment {
         let mut measured = Vec::new();
         for (candidate, of) in plan.candidates.iter().enumerate() {
             for &divisor in &sizes {
-                let variants: Vec<usize> = (0..plan.variants(candidate)).collect();
+                let variants = plan.variants(candidate);
                 let mut sums = Vec::new();
                 for ((view, sample), truth) in views.iter().zip(&samples).zip(&truths) {
-                    let errors = plan.errors((candidate, divisor), view, (sample, truth), &variants)?;
-                    sums.push(summed(&errors, variants.len()));
+                    sums.push(plan.sums((candidate, divisor), view, (sample, truth), &variants)?);
                 }
                 measured.push(Measured {
                     technique: of.name.clone(),
                     format: of.format.clone(),
                     size: self.size / self.divisors[divisor],
-                    variants: variants.iter().map(|&variant| plan.variant(candidate, variant)).collect(),
+                    variants,
                     bits_per_texel: of.stored.bits_per_texel(),
                     operations: of.operations,
                     cost: plan.cost(candidate, divisor),
@@ -154,7 +123,11 @@ impl SpeedAccuracyExperiment {
                     technique: comparison.name.clone(),
                     format: "depth".to_owned(),
                     size: side,
-                    variants: self.biases.iter().map(|&bias| (None, bias)).collect(),
+                    variants: self
+                        .biases
+                        .iter()
+                        .map(|&bias| Variant { index: 0, alpha: None, bias, blend: Blend::default() })
+                        .collect(),
                     bits_per_texel: 32,
                     operations: (kernel.size() * kernel.size() * 3) as f64,
                     cost: FrameCost::comparison(self.frame, side, kernel.size()),
@@ -213,9 +186,8 @@ impl SpeedAccuracyExperiment {
             self.fragments == 0 || views.iter().all(|view| view.receivers.len() <= self.fragments);
         let row = |index: usize, variant: usize, (scene, view): (&str, &str), sums: Sums| {
             let of = &measured[index];
-            let (alpha, bias) = of.variants[variant];
-            let (count, mean) = (sums.count.max(1) as f64, sums.mean());
-            let deviation = (sums.square / count - mean * mean).max(0.0).sqrt();
+            let Variant { alpha, bias, blend, .. } = of.variants[variant];
+            let count = sums.count.max(1) as f64;
             let best = variant == bests[index].0;
             SpeedAccuracyRecord {
                 scene: scene.to_owned(),
@@ -226,10 +198,12 @@ impl SpeedAccuracyExperiment {
                 alpha,
                 bias_texels: bias.texels,
                 bias_slopes: bias.slopes,
+                beta: blend.beta,
+                leak_reduction: blend.leak_reduction,
                 best,
                 fragments: sums.count,
-                l1_error: rounded(mean),
-                standard_error: (!is_complete).then(|| rounded(deviation / count.sqrt())),
+                l1_error: rounded(sums.mean()),
+                standard_error: (!is_complete).then(|| rounded(sums.deviation() / count.sqrt())),
                 signed_mean: rounded(sums.signed / count),
                 bits_per_texel: of.bits_per_texel,
                 operations: rounded(of.operations),
@@ -274,9 +248,11 @@ impl SpeedAccuracyExperiment {
             };
             let ranks = (1..=LARGEST_RANK).map(|rank| rank.to_string()).collect();
             push("rank", self.orders.rank_tolerance, ranks, &need.ranks);
-            for (&tolerance, values) in self.orders.gap_tolerances.iter().zip(&need.orders) {
-                let orders = ORDERS.iter().map(|bound| bound.order().to_string());
-                push("gap", tolerance, orders.chain(["more".to_owned()]).collect(), values);
+            for (by, shares) in [("gap", &need.by_gap), ("loss", &need.by_loss)] {
+                for (&tolerance, values) in self.orders.gap_tolerances.iter().zip(shares) {
+                    let orders = ORDERS.iter().map(|bound| bound.order().to_string());
+                    push(by, tolerance, orders.chain(["more".to_owned()]).collect(), values);
+                }
             }
         }
         shares

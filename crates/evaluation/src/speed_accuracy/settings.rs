@@ -35,6 +35,8 @@ pub struct SpeedAccuracyExperiment {
     pub reference: DepthBias,
     /// Biases to try for every technique, in texels of its own map; each technique has its own best one.
     pub biases: Vec<DepthBias>,
+    /// What may be done to the bounds; each technique has its own best one.
+    pub blends: Vec<Blend>,
     /// The frame whose cost is modelled.
     pub frame: FrameSetting,
     /// How many moments kernels need.
@@ -46,6 +48,28 @@ pub struct SpeedAccuracyExperiment {
     /// Percentage-closer filtering without a receiver plane, for comparison.
     #[serde(default)]
     pub comparison: Vec<ComparisonSetting>,
+}
+
+/// From bounds to a shadow: lower + beta (upper - lower), divided by 1 - leak_reduction.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Blend {
+    /// 0 for the lower bound, 1 for the upper (BHS16 section 2.4); techniques without an upper bound leave out all but 0.
+    #[serde(default)]
+    pub beta: f64,
+    /// Shadows of this much less than 1 are made full, as light-bleeding reduction of variance shadow maps does (Lauritzen,
+    /// GPU Gems 3, chapter 8) and GDC16 with 0.02.
+    #[serde(default)]
+    pub leak_reduction: f64,
+}
+
+impl Blend {
+    /// The shadow.
+    #[inline]
+    pub(crate) fn apply(self, [lower, upper]: [f32; 2]) -> f32 {
+        let blended = lower + self.beta as f32 * (upper - lower);
+        (blended / (1.0 - self.leak_reduction) as f32).min(1.0)
+    }
 }
 
 /// Pixels that are shaded once each.
@@ -123,6 +147,7 @@ impl SpeedAccuracyExperiment {
             ("scenes", self.scenes.is_empty()),
             ("divisors", self.divisors.is_empty()),
             ("biases", self.biases.is_empty()),
+            ("blends", self.blends.is_empty()),
             ("candidate", self.candidate.is_empty()),
             ("orders.gap_tolerances", self.orders.gap_tolerances.is_empty()),
         ] {
@@ -144,6 +169,20 @@ impl SpeedAccuracyExperiment {
         self.reference_of().check().map_err(in_key("reference"))?;
         for (i, bias) in self.biases.iter().enumerate() {
             bias.check().map_err(in_key(&format!("biases[{i}]")))?;
+        }
+        for (i, blend) in self.blends.iter().enumerate() {
+            for (key, value) in [("beta", blend.beta), ("leak_reduction", blend.leak_reduction)] {
+                if !(0.0..1.0).contains(&value) {
+                    let key = format!("blends[{i}].{key}");
+                    return fail(&key, format!("{key} = {value} is not in [0, 1)"));
+                }
+            }
+        }
+        if self.blends.iter().all(|blend| blend.beta > 0.0) {
+            return fail(
+                "blends",
+                "blends: one needs beta = 0, for techniques without an upper bound".to_owned(),
+            );
         }
         if self.frame.width == 0 || self.frame.height == 0 {
             return fail("frame", format!("frame = {}x{} has no pixel", self.frame.width, self.frame.height));

@@ -189,13 +189,17 @@ impl Moments {
 
     /// G as a shader computes it: biased, without the recognition of two depths, which needs double precision.
     fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
+        self.biased_bounds(filtered, z_f).blend(R::from_f64(self.beta))
+    }
+
+    fn biased_bounds<R: Real>(&self, filtered: &[R], z_f: R) -> Pair<R> {
         let alpha = R::from_f64(self.single_alpha);
         let keep = R::from_f64(1.0 - self.single_alpha);
         let mut biased = self.bound.centre().map(R::from_f64);
         for (c, &b) in biased.iter_mut().zip(filtered) {
             *c = keep * b + alpha * *c;
         }
-        self.bound.bounds(&biased, self.variable(unit(z_f))).blend(R::from_f64(self.beta))
+        self.bound.bounds(&biased, self.variable(unit(z_f)))
     }
 
     fn lower_of_two(&self, filtered: &[f64], z_f: f64) -> Option<f64> {
@@ -220,7 +224,14 @@ impl Moments {
     }
 }
 
-in_real_time!(Moments, |technique| shaders::moments(technique.bound, technique.single_alpha, technique.beta));
+in_real_time!(
+    Moments,
+    |technique| shaders::moments(technique.bound, technique.single_alpha, technique.beta),
+    fn bounds_single(&self, filtered: &[f32], z_f: f32) -> [f32; 2] {
+        let Pair { lower, upper } = self.biased_bounds(filtered, z_f);
+        [lower, upper]
+    }
+);
 
 impl Technique for Moments {
     fn name(&self) -> String {
