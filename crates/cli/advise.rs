@@ -37,8 +37,8 @@ pub struct Arguments {
 
 /// Races, then says what was found.
 pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let bar = Bar::new("fragments");
-    let progress = |seen: usize, all: usize| bar.set(seen, all);
+    let bar = Bar::new("candidates");
+    let progress = |done: usize, all: usize| bar.set(done, all);
     let options = AdviceOptions {
         scene: &arguments.scene,
         views: &arguments.views,

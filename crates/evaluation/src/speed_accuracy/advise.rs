@@ -29,7 +29,7 @@ pub struct AdviceOptions<'a> {
     pub seed: Option<u64>,
     /// An experiment of kind `speed-accuracy` with other candidates.
     pub candidates: Option<&'a Path>,
-    /// Fragments seen of all, round by round.
+    /// Candidates decided, of all.
     pub progress: Progress<'a>,
 }
 
@@ -137,17 +137,16 @@ impl Advice {
         let views = plan.scenery()?;
         let mut race = Race::new(&plan, &views);
         let all = race.fragments() * race.arms.len();
-        let winner = race.run(tolerance, &|seen, of| (options.progress)(seen, of))?;
+        let winner = race.run(tolerance, options.progress)?;
         let (recommendation, next_cheaper, next_better) = match winner {
             Some(winner) => {
                 race.extend(winner, SHOWN_FRAGMENTS)?;
-                let seen = race.arms[winner].seen();
                 let cheaper = least_error(&race, 0..winner);
                 let error = race.best_variant(winner).1.error;
                 let is_better = |arm: &usize| race.best_variant(*arm).1.error < BETTER * error;
                 let better = (winner + 1..race.arms.len()).find(is_better);
                 for neighbour in [cheaper, better].into_iter().flatten() {
-                    race.extend(neighbour, seen)?;
+                    race.extend(neighbour, SHOWN_FRAGMENTS)?;
                 }
                 (Some(winner), cheaper, better)
             }

@@ -1,7 +1,7 @@
 //! Racing candidates on growing samples until the cheapest that meets a tolerance is certain.
 //!
-//! All fragments of all views are shuffled once; round r looks at the first 2^r blocks of them, so that earlier work is
-//! kept and the last round has seen every fragment. The intervals are those of Bardenet and Maillard (2015, Theorem 4,
+//! All fragments of all views are shuffled once; a candidate looks at the first 2^r blocks of them in its round r, so that
+//! earlier work is kept and the last round has seen every fragment. The intervals are those of Bardenet and Maillard (2015, Theorem 4,
 //! "Concentration inequalities for sampling without replacement"): errors lie in \[0, 1\], nothing else is assumed. All
 //! intervals of a race hold together with probability [`CONFIDENCE`].
 
@@ -99,35 +99,31 @@ impl<'a> Race<'a> {
         self.shuffled.len()
     }
 
-    /// The cheapest arm that meets the tolerance, or `None` if none does; `progress` hears of fragments seen.
+    /// The cheapest arm that meets the tolerance, or `None` if none does; `progress` hears of arms that are decided.
+    ///
+    /// All cheaper arms have to be refuted, whatever the order, and costlier ones need no more than a first look. So arms
+    /// are decided one after another, the cheapest first.
     pub(crate) fn run(
         &mut self,
         tolerance: f64,
         progress: &dyn Fn(usize, usize),
     ) -> Result<Option<usize>, EvaluationError> {
-        let mut seen = 0;
-        loop {
-            seen = if seen == 0 { FIRST_ROUND } else { 2 * seen }.min(self.shuffled.len());
-            // Arms beyond the cheapest that meets the tolerance need no more than their first look.
-            let mut bar = self.arms.len();
-            for arm in 0..self.arms.len() {
-                let first = self.arms[arm].seen() == 0;
-                if first || (arm < bar && self.standing(arm, tolerance) == Standing::Open) {
-                    self.extend(arm, seen)?;
-                }
-                if self.standing(arm, tolerance) == Standing::Meets {
-                    bar = bar.min(arm);
-                }
+        let arms = self.arms.len();
+        for arm in 0..arms {
+            self.extend(arm, FIRST_ROUND)?;
+            progress(arm + 1, 2 * arms);
+        }
+        for arm in 0..arms {
+            // With all fragments seen, nothing is open.
+            while self.standing(arm, tolerance) == Standing::Open {
+                self.extend(arm, 2 * self.arms[arm].seen())?;
             }
-            progress(seen, self.shuffled.len());
-            let standings = (0..self.arms.len()).map(|arm| self.standing(arm, tolerance));
-            match standings.enumerate().find(|(_, standing)| *standing != Standing::Fails) {
-                None => return Ok(None),
-                Some((arm, Standing::Meets)) => return Ok(Some(arm)),
-                // With all fragments seen there is nothing open.
-                Some(_) => {}
+            progress(arms + arm + 1, 2 * arms);
+            if self.standing(arm, tolerance) == Standing::Meets {
+                return Ok(Some(arm));
             }
         }
+        Ok(None)
     }
 
     /// Lets an arm see the first `upto` fragments.
