@@ -14,7 +14,7 @@ pub struct Arguments {
     /// A procedural scene (stairs, village, grove), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
     scene: String,
     /// Largest mean distance from percentage-closer filtering that is accepted, between 0 and 1.
-    #[arg(long, default_value_t = 0.02)]
+    #[arg(long, default_value_t = 0.02, allow_negative_numbers = true)]
     tolerance: f64,
     /// View of the scene; repeatable. Without it all of them count alike, fragment by fragment.
     #[arg(long = "view", value_name = "NAME")]

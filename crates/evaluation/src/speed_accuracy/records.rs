@@ -43,6 +43,8 @@ pub struct SpeedAccuracyRecord {
     pub cost: f64,
     /// Whether no other technique, format or size costs less and errs less over all fragments; empty for parts.
     pub on_front: Option<bool>,
+    /// Why it failed: always empty, as closed forms have an answer for everything.
+    pub error: String,
 }
 
 /// One row of samples.csv: a timing on one thread.

@@ -209,6 +209,7 @@ impl SpeedAccuracyExperiment {
                 operations: rounded(of.operations),
                 cost: rounded(of.cost.total() / unit),
                 on_front: (best && scene == "all").then(|| front(index)),
+                error: String::new(),
             }
         };
         let mut records = Vec::new();

@@ -1,0 +1,172 @@
+//! `msm advise`: what it recommends holds on all fragments, and nothing cheaper does.
+
+// A panic is how a test or benchmark reports.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn msm(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_msm"))
+        .args(arguments)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .unwrap()
+}
+
+/// The experiment on small maps and all fragments, with fewer candidates and variants.
+fn candidates(directory: &Path, scene: &str) -> PathBuf {
+    let text = std::fs::read_to_string(
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/speed-accuracy.toml"),
+    )
+    .unwrap();
+    let mut table: toml::Table = toml::from_str(&text).unwrap();
+    table.remove("scale");
+    for (key, value) in
+        [("size", "size = 128"), ("fragments", "fragments = 0"), ("divisors", "divisors = [1, 2]")]
+    {
+        let line: toml::Table = toml::from_str(value).unwrap();
+        table.insert(key.to_owned(), line[key].clone());
+    }
+    let more = format!(
+        "scenes = [\"{scene}\"]\nblends = [{{}}, {{ leak_reduction = 0.1 }}]\ntiming = {{ repetitions = 1, fragments = 10 }}"
+    );
+    let more: toml::Table = toml::from_str(&more).unwrap();
+    table.extend(more);
+    let kept = |value: &toml::Value| {
+        let name = value["name"].as_str().unwrap();
+        !(name.starts_with("Trig") || name.starts_with("CSM") || name.starts_with("Hamburger 8"))
+    };
+    table["candidate"].as_array_mut().unwrap().retain(kept);
+    let path = directory.join("small.toml");
+    std::fs::write(&path, table.to_string()).unwrap();
+    path
+}
+
+/// Rows over all fragments, by column.
+fn records(run: &Path) -> Vec<std::collections::HashMap<String, String>> {
+    let mut reader = csv::Reader::from_path(run.join("records.csv")).unwrap();
+    let rows = reader.deserialize::<std::collections::HashMap<String, String>>().map(Result::unwrap);
+    rows.filter(|row| row["scene"] == "all" && row["format"] != "depth").collect()
+}
+
+fn number(row: &std::collections::HashMap<String, String>, key: &str) -> f64 {
+    row[key].parse().unwrap()
+}
+
+#[test]
+fn a_recommendation_holds_on_all_fragments_and_nothing_cheaper_does() {
+    for scene in ["stairs", "village", "grove"] {
+        let directory = tempfile::tempdir().unwrap();
+        let file = candidates(directory.path(), scene);
+        let file = file.to_str().unwrap();
+        let root = directory.path().to_str().unwrap();
+        let run = msm(&["run", file, "--out", root, "--format", "json"]);
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let run: Value = serde_json::from_slice(&run.stdout).unwrap();
+        let rows = records(Path::new(run["directory"].as_str().unwrap()));
+        let mut errors: Vec<f64> =
+            rows.iter().filter(|row| row["best"] == "true").map(|row| number(row, "l1_error")).collect();
+        errors.sort_by(f64::total_cmp);
+        // Exactly what one candidate reaches, and halfway between two.
+        let (few, many) = (errors.len() / 8, errors.len() / 2);
+        for tolerance in [errors[few] + 1e-8, 0.5 * (errors[many] + errors[many + 1])] {
+            let text = tolerance.to_string();
+            let advice =
+                msm(&["advise", scene, "--tolerance", &text, "--candidates", file, "--format", "json"]);
+            assert!(advice.status.success(), "{scene}: {}", String::from_utf8_lossy(&advice.stderr));
+            let advice: Value = serde_json::from_slice(&advice.stdout).unwrap();
+            let chosen = &advice["recommendation"];
+            let cost = chosen["cost"].as_f64().unwrap();
+            let matches = |row: &&std::collections::HashMap<String, String>| {
+                let same = |key: &str| number(row, key) == chosen[key].as_f64().unwrap();
+                let alpha = match chosen["alpha"].as_f64() {
+                    Some(alpha) => row["alpha"].parse() == Ok(alpha),
+                    None => row["alpha"].is_empty(),
+                };
+                row["technique"] == chosen["technique"].as_str().unwrap()
+                    && row["format"] == chosen["format"].as_str().unwrap()
+                    && alpha
+                    && ["size", "bias_texels", "bias_slopes", "beta", "leak_reduction"].into_iter().all(same)
+            };
+            let row = rows.iter().find(matches).unwrap();
+            let error = number(row, "l1_error");
+            assert!(error <= tolerance, "{scene}: {chosen} errs by {error}");
+            let (low, high) =
+                (chosen["l1_error_low"].as_f64().unwrap(), chosen["l1_error_high"].as_f64().unwrap());
+            assert!(low - 1e-6 <= error && error <= high + 1e-6, "{scene}: {error} not in {low} to {high}");
+            let cheaper = rows.iter().filter(|row| number(row, "cost") < cost - 1e-6);
+            let refuted = cheaper.inspect(|row| {
+                assert!(
+                    number(row, "l1_error") > tolerance,
+                    "{scene}, {tolerance}: {row:?} is cheaper than {chosen}"
+                );
+            });
+            assert!(
+                refuted.count() > 0,
+                "{scene}: the cheapest candidate was recommended, which tests nothing"
+            );
+            let better = &advice["next_better"];
+            assert!(better.is_null() || better["l1_error"].as_f64() < chosen["l1_error"].as_f64());
+        }
+    }
+}
+
+#[test]
+fn the_answer_does_not_depend_on_threads() {
+    let ask = |threads: &str| {
+        let arguments = [
+            "advise",
+            "stairs",
+            "--view",
+            "oblique",
+            "--size",
+            "128",
+            "--tolerance",
+            "0.1",
+            "--format",
+            "json",
+        ];
+        let output = msm(&[&arguments[..], &["--threads", threads]].concat());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        output.stdout
+    };
+    assert_eq!(ask("1"), ask("3"));
+}
+
+#[test]
+fn impossible_questions_are_answered_on_one_line() {
+    let small = ["--size", "128", "--view", "oblique"];
+    for (arguments, named) in [
+        (vec!["stairs", "--tolerance", "0"], "tolerance 0"),
+        (vec!["stairs", "--tolerance", "1"], "tolerance 1"),
+        (vec!["stairs", "--tolerance", "NaN"], "tolerance NaN"),
+        (vec!["stairs", "--tolerance", "-0.5"], "-0.5"),
+        (vec!["stairs", "--tolerance", "much"], "much"),
+        (vec!["nowhere"], "nowhere"),
+        (vec!["no-such-file.glb"], "no-such-file.glb"),
+        (vec!["stairs", "--view", "noon"], "noon"),
+        (vec!["stairs", "--size", "5"], "5"),
+        (vec!["stairs", "--threads", "0"], "0 threads"),
+        (vec!["stairs", "--candidates", "experiments/bounds.toml"], "speed-accuracy"),
+        (vec!["stairs", "--candidates", "missing.toml"], "missing.toml"),
+    ] {
+        let output = msm(&[&["advise"], arguments.as_slice()].concat());
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(named) && message.trim().lines().count() == 1, "{arguments:?}: {message}");
+        assert!(output.stdout.is_empty(), "{arguments:?}");
+    }
+    // Nothing reaches this, but what came closest is of use.
+    let output =
+        msm(&[&["advise", "stairs", "--tolerance", "1e-6", "--format", "json"], &small[..]].concat());
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("nothing meets it") && message.trim().lines().count() == 1, "{message}");
+    let advice: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(advice["recommendation"].is_null());
+    let best = advice["next_better"]["technique"].as_str().unwrap();
+    assert!(message.contains(best), "{message}");
+}
