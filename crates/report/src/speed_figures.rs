@@ -26,7 +26,7 @@ const FAMILIES: [(&str, RGBColor, &str); 8] = [
 ];
 
 /// PCF and plain shadow maps.
-const OTHERS: (RGBColor, &str) = (GREY, "comparison (PCF)");
+const OTHERS: (RGBColor, &str) = (GREY, "not filterable (PCF)");
 
 fn family(technique: &str) -> RGBColor {
     // EVSM before VSM would match, too, but names begin with the family.
@@ -48,6 +48,8 @@ struct Mark {
     shape: u32,
     name: String,
     on_front: bool,
+    /// Percentage-closer filtering, which is shown but does not compete.
+    compared: bool,
 }
 
 struct Scatter<'a> {
@@ -68,8 +70,13 @@ pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<NamedFigure>, ReportError
         y_margin: 2.0 * r.standard_error.unwrap_or_default(),
         colour: family(&r.technique),
         shape: sizes.iter().position(|&size| size == r.size).unwrap_or_default() as u32,
-        name: format!("{}, {}", r.technique, r.format),
+        name: if r.format == "depth" {
+            r.technique.clone()
+        } else {
+            format!("{}, {}", r.technique, r.format)
+        },
         on_front: false,
+        compared: r.format == "depth",
     };
     let cost = tables.best().map(|r| mark(r, r.cost, None)).collect();
     let full = tables.full();
@@ -111,8 +118,8 @@ pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<NamedFigure>, ReportError
 
 /// Marks those that no other beats in both.
 fn with_front(mut marks: Vec<Mark>) -> Vec<Mark> {
-    let beaten = |a: &Mark, b: &Mark| b.x <= a.x && b.y <= a.y && (b.x < a.x || b.y < a.y);
-    let on: Vec<bool> = marks.iter().map(|a| !marks.iter().any(|b| beaten(a, b))).collect();
+    let beaten = |a: &Mark, b: &Mark| !b.compared && b.x <= a.x && b.y <= a.y && (b.x < a.x || b.y < a.y);
+    let on: Vec<bool> = marks.iter().map(|a| !a.compared && !marks.iter().any(|b| beaten(a, b))).collect();
     marks.iter_mut().zip(on).for_each(|(mark, on)| mark.on_front = on);
     marks.sort_by(|a, b| a.x.total_cmp(&b.x));
     marks
@@ -154,7 +161,7 @@ impl Scatter<'_> {
         }
         chart.draw_series([PathElement::new(steps, GREY.stroke_width(5))])?;
         for mark in &self.marks {
-            let colour = mark.colour.mix(if mark.on_front { 1.0 } else { 0.35 });
+            let colour = mark.colour.mix(if mark.on_front || mark.compared { 1.0 } else { 0.35 });
             let bar = |a: (f64, f64), b: (f64, f64)| PathElement::new([a, b], colour.stroke_width(4));
             if mark.y_margin > 0.0 {
                 let (low, high) = ((mark.y - mark.y_margin).max(0.0), mark.y + mark.y_margin);
@@ -177,7 +184,8 @@ impl Scatter<'_> {
         let fine = FINE as i32;
         let width = area.dim_in_pixel().0 as i32;
         let mut taken: Vec<[i32; 4]> = Vec::new();
-        for mark in self.marks.iter().filter(|m| m.on_front) {
+        let named = |m: &&Mark| m.on_front || (m.compared && m.shape == 0);
+        for mark in self.marks.iter().filter(named) {
             let (x, y) = place(mark);
             let (x, y) = (x - left, y - above);
             let length = 6 * fine * mark.name.chars().count() as i32;

@@ -33,6 +33,7 @@ struct SingleTransform {
     inverse: Vec<f32>,
     /// -inverse offset, multiplied in double precision.
     inverse_offset: Vec<f32>,
+    is_diagonal: bool,
 }
 
 impl SingleTransform {
@@ -46,12 +47,21 @@ impl SingleTransform {
             offset: single(transform.offset()),
             inverse: single(transform.inverse()),
             inverse_offset: constant.collect(),
+            is_diagonal: (0..transform.order() * transform.order())
+                .all(|k| k % (transform.order() + 1) == 0 || transform.matrix()[k] == 0.0),
         }
     }
 }
 
-/// matrix values + offset.
-fn affine(matrix: &[f32], offset: &[f32], values: &[f32], out: &mut [f32]) {
+/// matrix values + offset; a diagonal matrix is worth a shorter way.
+fn affine(matrix: &[f32], offset: &[f32], values: &[f32], out: &mut [f32], is_diagonal: bool) {
+    if is_diagonal {
+        let factors = matrix.iter().step_by(values.len() + 1);
+        for (((out, &factor), &value), &offset) in out.iter_mut().zip(factors).zip(values).zip(offset) {
+            *out = factor * value + offset;
+        }
+        return;
+    }
     for ((out, row), &offset) in out.iter_mut().zip(matrix.chunks_exact(values.len())).zip(offset) {
         *out = row.iter().zip(values).fold(0.0, |sum, (m, v)| sum + m * v) + offset;
     }
@@ -107,7 +117,7 @@ impl StoredTechnique {
                 let mut b = [0.0; MAX_CHANNELS];
                 let b = &mut b[..out.len()];
                 real_time.encode_single(depth, b);
-                affine(&transform.matrix, &transform.offset, b, out);
+                affine(&transform.matrix, &transform.offset, b, out, transform.is_diagonal);
             }
         }
         out.iter_mut().for_each(|value| *value = self.format.round_single(*value));
@@ -200,7 +210,9 @@ impl StoredTechnique {
     pub fn decode(&self, texel: &[f32], out: &mut [f32]) {
         match &self.transform {
             None => out.copy_from_slice(texel),
-            Some(transform) => affine(&transform.inverse, &transform.inverse_offset, texel, out),
+            Some(transform) => {
+                affine(&transform.inverse, &transform.inverse_offset, texel, out, transform.is_diagonal);
+            }
         }
     }
 }

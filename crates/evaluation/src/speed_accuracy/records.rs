@@ -41,7 +41,7 @@ pub struct SpeedAccuracyRecord {
     pub operations: f64,
     /// Modelled cost of a frame, 1 for the first candidate at full size.
     pub cost: f64,
-    /// Whether no other technique, format or size costs less and errs less over all fragments; empty for parts.
+    /// Whether no other filterable technique, format or size costs less and errs less over all fragments; empty for parts.
     pub on_front: Option<bool>,
     /// Why it failed: always empty, as closed forms have an answer for everything.
     pub error: String,

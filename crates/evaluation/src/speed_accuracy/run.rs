@@ -13,6 +13,9 @@ use crate::run_directory::RecordedFile;
 use rayon::prelude::*;
 use shadow_filtering::{DepthBias, Kernel, Receiver};
 
+/// Format of percentage-closer filtering, which competes with nobody: it cannot be filtered in advance.
+const COMPARED: &str = "depth";
+
 /// One technique, format and size with the sums of all variants by view.
 struct Measured {
     technique: String,
@@ -121,7 +124,7 @@ impl SpeedAccuracyExperiment {
                 });
                 measured.push(Measured {
                     technique: comparison.name.clone(),
-                    format: "depth".to_owned(),
+                    format: COMPARED.to_owned(),
                     size: side,
                     variants: self
                         .biases
@@ -177,10 +180,14 @@ impl SpeedAccuracyExperiment {
         let bests: Vec<(usize, f64)> = measured.iter().map(best_of).collect();
         let front = |index: usize| {
             let (cost, error) = (measured[index].cost.total(), bests[index].1);
-            !measured.iter().zip(&bests).any(|(other, &(_, other_error))| {
-                let other_cost = other.cost.total();
-                other_cost <= cost && other_error <= error && (other_cost < cost || other_error < error)
-            })
+            measured[index].format != COMPARED
+                && !measured.iter().zip(&bests).any(|(other, &(_, other_error))| {
+                    let other_cost = other.cost.total();
+                    other.format != COMPARED
+                        && other_cost <= cost
+                        && other_error <= error
+                        && (other_cost < cost || other_error < error)
+                })
         };
         let is_complete =
             self.fragments == 0 || views.iter().all(|view| view.receivers.len() <= self.fragments);
