@@ -37,9 +37,23 @@ impl Device {
         (inputs, inputs_each): (&[f32], usize),
         outputs_each: usize,
     ) -> Result<Vec<f32>, String> {
+        self.map_with_depths(functions, call, (inputs, inputs_each), outputs_each, None)
+    }
+
+    /// The same with a depth texture called `depths`, given by its rows and width.
+    pub fn map_with_depths(
+        &self,
+        functions: &str,
+        call: &str,
+        (inputs, inputs_each): (&[f32], usize),
+        outputs_each: usize,
+        depths: Option<(&[f32], u32)>,
+    ) -> Result<Vec<f32>, String> {
+        let declared = depths.map_or("", |_| "@group(0) @binding(2) var depths: texture_2d<f32>;");
         let items = inputs.len() / inputs_each;
         let source = format!(
             "{functions}
+{declared}
 @group(0) @binding(0) var<storage, read> inputs: array<f32>;
 @group(0) @binding(1) var<storage, read_write> outputs: array<f32>;
 @compute @workgroup_size({GROUP})
@@ -83,13 +97,19 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
         };
         let output = buffer(wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
         let staging = buffer(wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST);
+        let texture = depths.map(|(rows, width)| self.texture(rows, width));
+        let mut entries = vec![
+            wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
+        ];
+        if let Some(view) = &texture {
+            let resource = wgpu::BindingResource::TextureView(view);
+            entries.push(wgpu::BindGroupEntry { binding: 2, resource });
+        }
         let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &pipeline.get_bind_group_layout(0),
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: input.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: output.as_entire_binding() },
-            ],
+            entries: &entries,
         });
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
@@ -105,5 +125,25 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
         receiver.recv().map_err(|e| e.to_string())?.map_err(|e| e.to_string())?;
         let view = staging.get_mapped_range(..).map_err(|e| format!("{e:?}"))?;
         Ok(bytemuck::pod_collect_to_vec(&view))
+    }
+
+    fn texture(&self, rows: &[f32], width: u32) -> wgpu::TextureView {
+        let size = wgpu::Extent3d { width, height: rows.len() as u32 / width, depth_or_array_layers: 1 };
+        let texture = self.device.create_texture_with_data(
+            &self.queue,
+            &wgpu::TextureDescriptor {
+                label: None,
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format: wgpu::TextureFormat::R32Float,
+                usage: wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            },
+            Default::default(),
+            bytemuck::cast_slice(rows),
+        );
+        texture.create_view(&Default::default())
     }
 }

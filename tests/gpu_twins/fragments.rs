@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use shadow_filtering::{ChannelMap, DepthMap, Kernel, Technique, filter};
+use shadow_filtering::{ChannelMap, DepthMap, Kernel, Receiver, Technique, filter};
 use shadow_renderer::{Backend, ShadowMapStack, load_scene, render_stack};
 
 /// Fragments that every technique is compared on, at least.
@@ -70,6 +70,45 @@ impl Inputs {
         }
         Self { values, each: channels + 1 }
     }
+}
+
+/// Shadow maps with their light-facing entries.
+pub fn receivers() -> Vec<(DepthMap, Vec<Receiver>)> {
+    let of = |stack: &ShadowMapStack| {
+        let mut receivers = Vec::new();
+        for y in 0..SIZE {
+            for x in 0..SIZE {
+                let layers = stack.layers(x, y).filter(|layer| layer.light_facing);
+                receivers.extend(layers.map(|layer| Receiver {
+                    x: x as usize,
+                    y: y as usize,
+                    depth: f64::from(layer.depth),
+                    gradient: layer.gradient.map(f64::from),
+                }));
+            }
+        }
+        (depth_map(stack), receivers)
+    };
+    stacks().iter().map(of).collect()
+}
+
+/// F with a plane limit of 0.05 and no bias, all of it in single precision.
+pub fn percentage_closer_single(map: &DepthMap, kernel: &Kernel, at: &Receiver) -> f32 {
+    let gradient = at.gradient.map(|slope| slope as f32);
+    let mut total = 0.0f32;
+    let radius = kernel.radius() as isize;
+    for (j, &v) in (-radius..).zip(kernel.weights()) {
+        let mut line = 0.0f32;
+        for (i, &w) in (-radius..).zip(kernel.weights()) {
+            let across = gradient[0] * i as f32 + gradient[1] * j as f32;
+            let compared = at.depth as f32 + across.clamp(-0.05, 0.05);
+            if map.at(at.x as isize + i, at.y as isize + j) < compared {
+                line += w as f32;
+            }
+        }
+        total += v as f32 * line;
+    }
+    total.min(1.0)
 }
 
 /// Depths of the scenes, and what is special.

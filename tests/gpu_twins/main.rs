@@ -8,6 +8,7 @@
 mod adapter;
 mod compute;
 mod fragments;
+mod frames;
 
 use std::process::ExitCode;
 
@@ -16,7 +17,9 @@ use compute::Device;
 use fragments::{FRAGMENTS, Inputs};
 use libtest_mimic::{Arguments, Failed};
 use shadow_filtering::techniques::MomentBound;
-use shadow_filtering::{MomentOptions, RealTime, StorageFormat, Technique, TechniqueSpec};
+use shadow_filtering::{
+    DepthBias, Kernel, MomentOptions, RealTime, Reference, StorageFormat, Technique, TechniqueSpec, shaders,
+};
 
 /// The shader's error against double precision may be this many times that of Rust in single precision.
 const RATIO: f64 = 2.0;
@@ -38,6 +41,8 @@ fn main() -> ExitCode {
         let technique = spec.build().unwrap();
         trials.push(gpu_trial(format!("encode::{name}"), move || encode(technique.as_ref())));
     }
+    trials.push(gpu_trial("shade::percentage_closer".into(), || percentage_closer("")));
+    trials.extend(frames::trials());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()
 }
@@ -139,6 +144,41 @@ fn shade(technique: &dyn Technique, fault: &str) -> Result<(), Failed> {
     Ok(())
 }
 
+/// The reference with its receiver plane; single precision errs where a depth and the plane are equal but for rounding.
+fn percentage_closer(fault: &str) -> Result<(), Failed> {
+    let kernel = Kernel::gaussian(9, 2.4)?;
+    let reference = Reference { bias: DepthBias::default(), plane_limit: 0.05 };
+    let mut shader = shaders::percentage_closer(&kernel, reference.plane_limit);
+    if let Some((from, to)) = fault.split_once("=>") {
+        assert!(shader.contains(from), "the fault `{from}` is not in the shader");
+        shader = shader.replacen(from, to, 1);
+    }
+    let call = "
+    let at = vec2<f32>(inputs[start], inputs[start + 1u]) + 0.5;
+    let gradient = vec2<f32>(inputs[start + 3u], inputs[start + 4u]);
+    outputs[first] = percentage_closer(depths, at, inputs[start + 2u], gradient);";
+    let mut all: [Vec<f64>; 3] = Default::default();
+    for (map, receivers) in fragments::receivers() {
+        let inputs: Vec<f32> = receivers
+            .iter()
+            .flat_map(|r| [r.x as f64, r.y as f64, r.depth, r.gradient[0], r.gradient[1]].map(|v| v as f32))
+            .collect();
+        let depths = Some((map.depths(), map.width() as u32));
+        let found = Device::shared()?.map_with_depths(&shader, call, (&inputs, 5), 1, depths)?;
+        all[0].extend(found.into_iter().map(f64::from));
+        all[1].extend(
+            receivers.iter().map(|r| f64::from(fragments::percentage_closer_single(&map, &kernel, r))),
+        );
+        all[2].extend(receivers.iter().map(|r| reference.intensity(&map, &kernel, r, 0.0)));
+    }
+    let [found, single, exact] = all;
+    assert!(found.len() >= FRAGMENTS, "{} fragments", found.len());
+    let single_precision =
+        |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect::<Vec<_>>();
+    let what = format!("PCF, shade, {} fragments", found.len());
+    compare(&what, &single_precision(found), &single_precision(single), &exact, &[1.0])
+}
+
 /// The largest error of Rust in single precision when one input moves to its neighbour.
 fn moved_error(technique: &dyn RealTime, b: &[f32], z_f: f32, exact: f64) -> f64 {
     let mut values = b.to_vec();
@@ -211,6 +251,9 @@ fn encode(technique: &dyn Technique) -> Result<(), Failed> {
 
 /// A wrong sign or constant in a shader is found.
 fn planted_faults() -> Result<(), Failed> {
+    if percentage_closer("+ 0.5 - at=>- at").is_ok() {
+        return Err("PCF: the comparison missed a plane that is off by half a texel".into());
+    }
     for (name, fault) in [
         ("vsm", "variance = abs(second - mean * mean)=>variance = abs(second - 0.999 * mean * mean)"),
         ("esm_80", "2.12194440e-4=>2.12e-4"),

@@ -96,10 +96,12 @@ pub(crate) fn moments(bound: MomentBound, alpha: f64, beta: f64) -> Option<Strin
     joined(&parts)
 }
 
-/// WGSL of [`Kernel::percentage_closer`]:
-/// `fn percentage_closer(depths: texture_2d<f32>, texel: vec2<i32>, z_f: f32) -> f32`.
-pub fn percentage_closer(kernel: &Kernel) -> String {
-    weights(kernel) + include_str!("percentage_closer.wgsl")
+/// WGSL of [`Reference::intensity`](crate::Reference::intensity) without its bias, at any position in texels:
+/// `fn percentage_closer(depths: texture_2d<f32>, at: vec2<f32>, z_f: f32, gradient: vec2<f32>) -> f32`. A plane limit of 0
+/// compares every tap with z_f.
+pub fn percentage_closer(kernel: &Kernel, plane_limit: f64) -> String {
+    let constants = weights(kernel) + &constant("PLANE_LIMIT", plane_limit);
+    [&constants, ELEMENTARY, include_str!("percentage_closer.wgsl")].join("\n")
 }
 
 /// `const SIZE` and `const WEIGHTS` of a kernel.

@@ -200,6 +200,35 @@ impl StoredTechnique {
         sum.iter_mut().for_each(|value| *value = self.format.round_single(*value));
     }
 
+    /// WGSL of `quantise` and `dequantise`, from `array<f32, CHANNELS>` to the same.
+    pub(crate) fn transform_wgsl(&self) -> (String, String) {
+        let Some(transform) = &self.transform else {
+            let same = |name: &str| {
+                format!(
+                    "fn {name}(values: array<f32, CHANNELS>) -> array<f32, CHANNELS> {{\n    return values;\n}}\n"
+                )
+            };
+            return (same("quantise"), same("dequantise"));
+        };
+        let function = |name: &str, matrix: &[f32], offset: &[f32]| {
+            let rows = matrix.chunks_exact(offset.len()).zip(offset).map(|(row, offset)| {
+                let factors = row.iter().enumerate().filter(|(_, factor)| **factor != 0.0);
+                let terms: Vec<String> =
+                    factors.map(|(j, factor)| format!("{factor:?}f * values[{j}]")).collect();
+                format!("{} + {offset:?}f", terms.join(" + "))
+            });
+            let rows: Vec<String> = rows.collect();
+            format!(
+                "fn {name}(values: array<f32, CHANNELS>) -> array<f32, CHANNELS> {{\n    return array<f32, CHANNELS>({});\n}}\n",
+                rows.join(", ")
+            )
+        };
+        (
+            function("quantise", &transform.matrix, &transform.offset),
+            function("dequantise", &transform.inverse, &transform.inverse_offset),
+        )
+    }
+
     /// Operations of [`StoredTechnique::decode`]: a product and a sum for each factor that is not zero.
     pub fn decode_operations(&self) -> u64 {
         let factors = self.transform.iter().flat_map(|transform| &transform.inverse);

@@ -19,7 +19,7 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 /// Camera axes; pixels are square.
-struct View {
+pub(crate) struct View {
     eye: [f64; 3],
     right: [f64; 3],
     up: [f64; 3],
@@ -31,7 +31,7 @@ struct View {
 }
 
 impl View {
-    fn new(camera: &Camera, width: u32, height: u32) -> Result<Self, RenderError> {
+    pub(crate) fn new(camera: &Camera, width: u32, height: u32) -> Result<Self, RenderError> {
         let (eye, target) = (camera.eye.map(f64::from), camera.target.map(f64::from));
         let fov = f64::from(camera.vertical_fov);
         if !eye.iter().chain(&target).all(|c| c.is_finite()) {
@@ -65,6 +65,22 @@ impl View {
     fn camera_space(&self, p: [f64; 3]) -> [f64; 3] {
         let d = minus(p, self.eye);
         [dot(d, self.right) / self.half[0], -dot(d, self.up) / self.half[1], dot(d, self.forward)]
+    }
+
+    /// Rows x, y, z, w of the clip coordinates of (p, 1), depth reversed from 1 at the near plane to 0 at infinity, and the eye.
+    pub(crate) fn clip_rows(&self) -> [[f32; 4]; 5] {
+        let row = |axis: [f64; 3], scale: f64| {
+            let axis = axis.map(|c| c * scale);
+            [axis[0], axis[1], axis[2], -dot(axis, self.eye)].map(|value| value as f32)
+        };
+        let eye = self.eye.map(|c| c as f32);
+        [
+            row(self.right, 1.0 / self.half[0]),
+            row(self.up, 1.0 / self.half[1]),
+            [0.0, 0.0, 0.0, self.near as f32],
+            row(self.forward, 1.0),
+            [eye[0], eye[1], eye[2], 0.0],
+        ]
     }
 
     fn pixel(&self, c: [f64; 3]) -> [i32; 2] {

@@ -94,17 +94,7 @@ fn render(
     let entries: Vec<[u32; 3]> = masks.entries.iter().map(|e| [e.width, e.height, e.first_bit]).collect();
     let entries = gpu.buffer_of("masks", &entries, Usage::STORAGE);
     let bits = gpu.buffer_of("mask bits", &masks.bits, Usage::STORAGE);
-    let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("depth map"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: per_pass,
-        dimension: wgpu::TextureDimension::D2,
-        format: FORMAT,
-        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    let view = target.create_view(&Default::default());
+    let view = target(gpu, width, height, per_pass).create_view(&Default::default());
     let module = gpu.device.create_shader_module(wgpu::include_wgsl!("depth_map.wgsl"));
     let raster = raster_pipeline(gpu, &module, per_pass);
     let reader = read_pipeline(gpu, &module, per_pass);
@@ -157,7 +147,26 @@ fn render(
     Ok(DepthMap { width, height, samples, depths })
 }
 
-fn upload(gpu: &Gpu, scene: &Scene, masks: &Masks, frame: &LightFrame) -> Vec<(wgpu::Buffer, u32)> {
+/// A depth texture that shaders can read.
+pub(super) fn target(gpu: &Gpu, width: u32, height: u32, samples: u32) -> wgpu::Texture {
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("depth map"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: samples,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+}
+
+pub(super) fn upload(
+    gpu: &Gpu,
+    scene: &Scene,
+    masks: &Masks,
+    frame: &LightFrame,
+) -> Vec<(wgpu::Buffer, u32)> {
     let corner = |index: u32, mask| {
         let vertex = &scene.vertices[index as usize];
         let [x, y, depth] = frame.project(vertex.position.map(f64::from));
@@ -177,7 +186,7 @@ fn upload(gpu: &Gpu, scene: &Scene, masks: &Masks, frame: &LightFrame) -> Vec<(w
     corners.collect()
 }
 
-fn raster_pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, samples: u32) -> wgpu::RenderPipeline {
+pub(super) fn raster_pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, samples: u32) -> wgpu::RenderPipeline {
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("depth map"),
         layout: None,
@@ -222,7 +231,7 @@ fn read_pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, samples: u32) -> wgpu::
     })
 }
 
-fn bind(
+pub(super) fn bind(
     gpu: &Gpu,
     layout: &wgpu::BindGroupLayout,
     resources: &[(u32, wgpu::BindingResource<'_>)],

@@ -6,6 +6,7 @@ use crate::{AdapterName, RenderError};
 
 /// A device with a queue and the name of its adapter.
 pub(crate) struct Gpu {
+    pub adapter: wgpu::Adapter,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
     pub name: AdapterName,
@@ -17,10 +18,11 @@ pub(crate) struct Gpu {
 /// The device of the best adapter, found on the first call, or why there is none.
 pub(crate) fn gpu() -> Result<&'static Gpu, &'static str> {
     static GPU: OnceLock<Result<Gpu, String>> = OnceLock::new();
-    GPU.get_or_init(open).as_ref().map_err(String::as_str)
+    GPU.get_or_init(|| open(wgpu::Features::empty())).as_ref().map_err(String::as_str)
 }
 
-fn open() -> Result<Gpu, String> {
+/// Opens the best adapter, with those of the wanted features that it has.
+pub(crate) fn open(wanted: wgpu::Features) -> Result<Gpu, String> {
     // The environment may narrow the choice, for example WGPU_BACKEND=vulkan.
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle().with_env();
     descriptor.backends &= wgpu::Backends::VULKAN | wgpu::Backends::METAL | wgpu::Backends::DX12;
@@ -33,8 +35,10 @@ fn open() -> Result<Gpu, String> {
         pollster::block_on(instance.request_adapter(&options)).map_err(|e| format!("no adapter: {e}"))?;
     let info = adapter.get_info();
     // The default limits (128 MiB a binding) are what the chunk sizes are made for.
-    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default()))
-        .map_err(|e| format!("{}: {e}", info.name))?;
+    let descriptor =
+        wgpu::DeviceDescriptor { required_features: adapter.features() & wanted, ..Default::default() };
+    let (device, queue) =
+        pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| format!("{}: {e}", info.name))?;
     let driver = [info.driver, info.driver_info].map(|s| s.trim().to_owned()).join(" ");
     let name = AdapterName {
         name: info.name,
@@ -45,7 +49,7 @@ fn open() -> Result<Gpu, String> {
     let scopes = Scopes::open(&device);
     let pipelines = super::abuffer::Pipelines::new(&device);
     scopes.close().map_err(|e| e.to_string())?;
-    Ok(Gpu { device, queue, name, software: info.device_type == wgpu::DeviceType::Cpu, pipelines })
+    Ok(Gpu { adapter, device, queue, name, software: info.device_type == wgpu::DeviceType::Cpu, pipelines })
 }
 
 /// Catches what the device reports while open; without it wgpu would end the process.
@@ -87,6 +91,59 @@ impl Gpu {
             usage,
             mapped_at_creation: false,
         })
+    }
+
+    /// A texture.
+    pub fn texture(
+        &self,
+        format: wgpu::TextureFormat,
+        (width, height): (u32, u32),
+        levels: u32,
+        usage: wgpu::TextureUsages,
+    ) -> wgpu::Texture {
+        self.device.create_texture(&wgpu::TextureDescriptor {
+            label: None,
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: levels,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage,
+            view_formats: &[],
+        })
+    }
+
+    /// A module from WGSL.
+    pub fn shader(&self, source: &str) -> wgpu::ShaderModule {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
+    }
+
+    /// Level 0 of a texture with texels of so many bytes, row by row.
+    pub fn read_texture(&self, texture: &wgpu::Texture, texel_bytes: u32) -> Result<Vec<u8>, RenderError> {
+        let (width, height) = (texture.width(), texture.height());
+        let row = width * texel_bytes;
+        // Copies need rows of a multiple of 256 bytes.
+        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let bytes = u64::from(padded) * u64::from(height);
+        let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
+        let buffer = self.buffer("texels", bytes, usage);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded),
+                    rows_per_image: None,
+                },
+            },
+            texture.size(),
+        );
+        self.queue.submit([encoder.finish()]);
+        let all: Vec<u8> = self.read(&buffer, 0, bytes)?;
+        Ok(all.chunks_exact(padded as usize).flat_map(|line| &line[..row as usize]).copied().collect())
     }
 
     /// A buffer with `contents`, zero-padded to at least 64 bytes.

@@ -1,0 +1,152 @@
+//! The passes of a shadowed frame as WGSL modules: resolve with transform, filter, mip maps, shading (MSM15 section 4.4,
+//! GDC16).
+//!
+//! Textures hold four channels each, the last one possibly fewer. A module's vertex shader is `cover`; maps are bound at
+//! 0 and 1, the sampler at 2, depths at 3, and for shading the light at 10 and the surfaces at 11 to 13.
+
+use crate::kernel::Kernel;
+use crate::shaders;
+use crate::stored_technique::StoredTechnique;
+use quantization::NumberFormat;
+use std::fmt::Write as _;
+
+const COVER: &str = include_str!("cover.wgsl");
+const FRAME: &str = include_str!("frame.wgsl");
+
+/// Most textures of a map: more would exceed what every adapter can render to at once.
+const MAX_TEXTURES: usize = 2;
+
+/// WGSL modules of a filterable technique.
+#[derive(Clone, Debug)]
+pub struct PassShaders {
+    /// Entry point `resolve`: samples of depth to stored texels.
+    pub resolve: String,
+    /// Entry points `along_rows` and `along_columns`.
+    pub filter: String,
+    /// Entry point `halve`: the next mip level.
+    pub halve: String,
+    /// Entry point `pixel`: colour and shadow.
+    pub shade: String,
+    /// Channels of each texture.
+    pub textures: Vec<usize>,
+    /// Their number format.
+    pub format: NumberFormat,
+}
+
+impl StoredTechnique {
+    /// The passes of a frame, from depth maps with so many samples; `None` where there is no shader, or where the map
+    /// would need more than two textures.
+    pub fn passes(&self, kernel: &Kernel, samples: u32) -> Option<PassShaders> {
+        let channels = self.technique().channels();
+        let technique = self.technique().real_time()?.shader()?;
+        let textures: Vec<usize> = (0..channels.div_ceil(4)).map(|i| (channels - 4 * i).min(4)).collect();
+        if textures.len() > MAX_TEXTURES || matches!(self.format(), NumberFormat::Unorm10) {
+            return None;
+        }
+        let targets = targets(channels);
+        let fetch = fetch(channels);
+        let count = format!("const CHANNELS: u32 = {channels}u;\n");
+        let kernel = shaders::weights(kernel);
+        let multisampled = if samples > 1 { "texture_depth_multisampled_2d" } else { "texture_depth_2d" };
+        let sample = if samples > 1 { "s" } else { "0" };
+        let depths = format!(
+            "const SAMPLES: i32 = {samples};
+@group(0) @binding(3) var depths: {multisampled};
+fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
+    return textureLoad(depths, texel, {sample});
+}}
+"
+        );
+        let (quantise, dequantise) = self.transform_wgsl();
+        Some(PassShaders {
+            resolve: [COVER, &technique, &quantise, &depths, &targets, include_str!("resolve.wgsl")]
+                .join("\n"),
+            filter: [COVER, &count, &kernel, &fetch, &targets, include_str!("filter.wgsl")].join("\n"),
+            halve: [COVER, &count, &fetch, &targets, include_str!("pyramid.wgsl")].join("\n"),
+            shade: [COVER, &technique, &dequantise, &sampled(channels), FRAME].join("\n"),
+            textures,
+            format: self.format(),
+        })
+    }
+}
+
+/// WGSL of shading by percentage-closer filtering around the nearest texel of a depth map with one sample, entry point
+/// `pixel`; the receiver's plane counts up to `plane_limit`.
+pub fn comparison_shader(kernel: &Kernel, plane_limit: f64) -> String {
+    let shadow = "
+@group(0) @binding(3) var depths: texture_2d<f32>;
+fn shadow_at(texel: vec2<f32>, z_f: f32, gradient: vec2<f32>) -> f32 {
+    return percentage_closer(depths, texel, z_f, gradient);
+}
+";
+    [COVER, &shaders::percentage_closer(kernel, plane_limit), shadow, FRAME].join("\n")
+}
+
+/// `Targets` and `to_targets`.
+fn targets(channels: usize) -> String {
+    let count = channels.div_ceil(4);
+    let mut text = "struct Targets {\n".to_owned();
+    for i in 0..count {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "    @location({i}) map{i}: vec4<f32>,");
+    }
+    let vector = |i: usize| {
+        let value = |k: usize| if k < channels { format!("values[{k}]") } else { "0.0".to_owned() };
+        format!("vec4<f32>({})", (4 * i..4 * i + 4).map(value).collect::<Vec<_>>().join(", "))
+    };
+    let vectors = (0..count).map(vector).collect::<Vec<_>>().join(", ");
+    let _ = writeln!(
+        text,
+        "}}\n\nfn to_targets(values: array<f32, CHANNELS>) -> Targets {{\n    return Targets({vectors});\n}}"
+    );
+    text
+}
+
+fn maps(channels: usize) -> String {
+    let binding = |i: usize| format!("@group(0) @binding({i}) var map{i}: texture_2d<f32>;\n");
+    (0..channels.div_ceil(4)).map(binding).collect()
+}
+
+/// An array of all channels from expressions of vectors called `a0`, `a1`.
+fn gathered(channels: usize) -> String {
+    let value = |k: usize| format!("a{}.{}", k / 4, ["x", "y", "z", "w"][k % 4]);
+    format!("array<f32, {channels}>({})", (0..channels).map(value).collect::<Vec<_>>().join(", "))
+}
+
+/// `map_size` and `fetch`.
+fn fetch(channels: usize) -> String {
+    let loads: String = (0..channels.div_ceil(4))
+        .map(|i| format!("    let a{i} = textureLoad(map{i}, texel, 0);\n"))
+        .collect();
+    format!(
+        "{}
+fn map_size() -> vec2<i32> {{
+    return vec2<i32>(textureDimensions(map0));
+}}
+
+fn fetch(texel: vec2<i32>) -> array<f32, CHANNELS> {{
+{loads}    return {};
+}}
+",
+        maps(channels),
+        gathered(channels)
+    )
+}
+
+/// `shadow_at` by a sample of the filtered map.
+fn sampled(channels: usize) -> String {
+    let samples: String = (0..channels.div_ceil(4))
+        .map(|i| format!("    let a{i} = textureSample(map{i}, linear, uv);\n"))
+        .collect();
+    format!(
+        "{}@group(0) @binding(2) var linear: sampler;
+
+fn shadow_at(texel: vec2<f32>, z_f: f32, gradient: vec2<f32>) -> f32 {{
+    let uv = texel / light.map.x;
+{samples}    return shade(dequantise({}), z_f);
+}}
+",
+        maps(channels),
+        gathered(channels)
+    )
+}

@@ -1,0 +1,531 @@
+//! Whole shadowed frames on the GPU with a timestamp around each pass: shadow map, resolve with transform, two filter
+//! passes, mip maps, surfaces as the camera sees them, deferred shading (MSM15 section 4.4 and Figure 7).
+//!
+//! The shaders of a technique come from outside, as WGSL; this module knows textures, passes and times only.
+
+use std::time::Duration;
+
+use wgpu::{TextureFormat as Format, TextureUsages as Uses};
+
+use super::device::{Gpu, Scopes, open};
+use super::frame_geometry::{Geometry, Targets};
+use crate::light_frame::{check_size, normalize};
+use crate::{AdapterName, LightFrame, RenderError, Scene};
+
+/// How texels of a filtered map are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TexelFormat {
+    /// Fixed point from 0 to 1.
+    Unorm16,
+    /// Half floats.
+    F16,
+    /// Single floats.
+    F32,
+}
+
+/// A technique's shaders; the bindings are those that `shadow_filtering::PassShaders` documents.
+#[derive(Clone, Debug)]
+pub enum FrameShaders {
+    /// A map that is filtered before it is read.
+    Prefiltered {
+        /// Samples of depth to stored texels.
+        resolve: String,
+        /// Both filter passes.
+        filter: String,
+        /// The next mip level.
+        halve: String,
+        /// Shading.
+        shade: String,
+        /// Channels of each texture, 1 to 4.
+        textures: Vec<usize>,
+        /// Format of all of them.
+        format: TexelFormat,
+    },
+    /// A depth map that is compared tap by tap.
+    Comparison {
+        /// Shading.
+        shade: String,
+    },
+}
+
+/// A frame's sizes and parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameSettings {
+    /// Side of the shadow map in texels.
+    pub map_size: u32,
+    /// Output width in pixels.
+    pub width: u32,
+    /// Output height in pixels.
+    pub height: u32,
+    /// Samples a texel of the shadow map, 1 or 4; comparisons take 1.
+    pub samples: u32,
+    /// Whether mip maps are made and read.
+    pub mip_maps: bool,
+    /// Depth bias.
+    pub bias: f32,
+    /// Shadows are divided by 1 minus this.
+    pub leak_reduction: f32,
+    /// Frames that are rendered and timed; the first one, which compiles, is not counted.
+    pub frames: usize,
+}
+
+/// GPU times of one pass.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTimes {
+    /// `shadow map`, `resolve`, `filter rows`, `filter columns`, `mip maps`, `surfaces` or `shade`.
+    pub pass: &'static str,
+    /// One a frame; empty where the adapter has no timestamps.
+    pub times: Vec<Duration>,
+}
+
+/// A rendered frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GpuFrame {
+    /// In the order of the passes.
+    pub passes: Vec<PassTimes>,
+    /// sRGB, row by row.
+    pub image: image::RgbaImage,
+    /// Shadow a pixel, 0 lit.
+    pub shadow: Vec<f32>,
+    /// The filtered map before mip maps, channel by channel within each texel as stored in single floats; `None` for comparisons
+    /// and other formats.
+    pub filtered: Option<Vec<f32>>,
+}
+
+/// A device with a scene on it.
+pub struct FrameRenderer {
+    gpu: Gpu,
+    geometry: Geometry,
+    scene_light: [f64; 3],
+    scene: Scene,
+    direction: [f32; 3],
+}
+
+/// Features that are used where the adapter has them.
+const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
+    .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
+    .union(wgpu::Features::FLOAT32_FILTERABLE)
+    .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
+
+/// Most passes of a frame.
+const PASSES: u32 = 7;
+
+impl FrameRenderer {
+    /// Opens a device of its own and uploads a scene, lit along `direction`.
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] without an adapter or where it fails; the errors of [`LightFrame::fit`] and
+    /// [`crate::Frame::render`] for a scene, direction or camera that make no sense.
+    pub fn new(scene: &Scene, direction: [f32; 3]) -> Result<Self, RenderError> {
+        LightFrame::fit(scene, direction, 64, 64)?;
+        let gpu = open(WANTED).map_err(RenderError::Gpu)?;
+        let scopes = Scopes::open(&gpu.device);
+        let geometry = Geometry::upload(&gpu, scene)?;
+        scopes.close()?;
+        let scene_light = normalize(direction.map(|c| -f64::from(c)));
+        Ok(Self { gpu, geometry, scene_light, scene: scene.clone(), direction })
+    }
+
+    /// The adapter.
+    pub fn adapter(&self) -> &AdapterName {
+        &self.gpu.name
+    }
+
+    /// Whether the adapter runs on the CPU: its times are no GPU times.
+    pub fn is_software(&self) -> bool {
+        self.gpu.software
+    }
+
+    /// Gives the device up, as a driver that crashes does. Every later frame is an error.
+    pub fn lose(&self) {
+        self.gpu.device.destroy();
+    }
+
+    /// Renders frames with a technique.
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device fails or is lost, lacks memory or cannot filter the format;
+    /// [`RenderError::MapSize`] for sizes outside 1..=[`crate::MAX_MAP_SIZE`].
+    pub fn render(&self, shaders: &FrameShaders, settings: &FrameSettings) -> Result<GpuFrame, RenderError> {
+        check_size(settings.map_size, settings.map_size)?;
+        check_size(settings.width, settings.height)?;
+        let scopes = Scopes::open(&self.gpu.device);
+        let frame = self.render_unchecked(shaders, settings);
+        // What the device has to say explains more than what followed from it.
+        scopes.close()?;
+        frame
+    }
+
+    fn render_unchecked(
+        &self,
+        shaders: &FrameShaders,
+        settings: &FrameSettings,
+    ) -> Result<GpuFrame, RenderError> {
+        let gpu = &self.gpu;
+        let samples = match shaders {
+            FrameShaders::Prefiltered { .. } => settings.samples,
+            FrameShaders::Comparison { .. } => 1,
+        };
+        let light = LightFrame::fit(&self.scene, self.direction, settings.map_size, settings.map_size)?;
+        let shadow_map = self.geometry.shadow_map(gpu, &self.scene, &light, samples)?;
+        let targets = Targets::new(gpu, settings.width, settings.height);
+        let surfaces = self.geometry.surfaces(gpu, &self.scene, &targets)?;
+        let light_rows = light_uniform(&light, self.scene_light, settings);
+        let light_rows = gpu.buffer_of("light", &light_rows, wgpu::BufferUsages::UNIFORM);
+        let chain = match shaders {
+            FrameShaders::Prefiltered { resolve, filter, halve, textures, format, .. } => {
+                let formats =
+                    textures.iter().map(|&channels| texture_format(*format, channels)).collect::<Vec<_>>();
+                Some(Chain::new(gpu, [resolve, filter, halve], &formats, settings, &shadow_map.view)?)
+            }
+            FrameShaders::Comparison { .. } => None,
+        };
+        let shade = Shading::new(gpu, shaders, &targets, &light_rows, chain.as_ref(), &shadow_map.view);
+        let timer = Timer::new(gpu);
+        let mut passes: Vec<PassTimes> = Vec::new();
+        // One frame more: the first one compiles and warms up.
+        for frame in 0..=settings.frames {
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let mut names = Vec::new();
+            let mut stamp = |name: &'static str| {
+                names.push(name);
+                timer.as_ref().map(|timer| timer.writes(names.len() as u32 - 1))
+            };
+            shadow_map.draw(&mut encoder, stamp("shadow map"));
+            if let Some(chain) = &chain {
+                chain.resolve.draw(&mut encoder, stamp("resolve"));
+                chain.rows.draw(&mut encoder, stamp("filter rows"));
+                chain.columns.draw(&mut encoder, stamp("filter columns"));
+                if let [first, .., last] = chain.levels.as_slice() {
+                    // From the beginning of the first level to the end of the last.
+                    let whole = stamp("mip maps");
+                    first.draw(&mut encoder, whole.clone().map(Timer::begin_only));
+                    for level in &chain.levels[1..chain.levels.len() - 1] {
+                        level.draw(&mut encoder, None);
+                    }
+                    last.draw(&mut encoder, whole.map(Timer::end_only));
+                }
+            }
+            surfaces.draw(&mut encoder, stamp("surfaces"));
+            shade.pass.draw(&mut encoder, stamp("shade"));
+            if let Some(timer) = &timer {
+                timer.resolve(&mut encoder);
+            }
+            gpu.queue.submit([encoder.finish()]);
+            gpu.wait()?;
+            let times = timer.as_ref().map(|timer| timer.read(gpu, names.len())).transpose()?;
+            if passes.is_empty() {
+                passes = names.iter().map(|&pass| PassTimes { pass, times: Vec::new() }).collect();
+            }
+            if let (true, Some(times)) = (frame > 0, times) {
+                passes.iter_mut().zip(times).for_each(|(pass, time)| pass.times.push(time));
+            }
+        }
+        let pixels = gpu.read_texture(&shade.colour, 4)?;
+        let image = image::RgbaImage::from_raw(settings.width, settings.height, pixels)
+            .ok_or_else(|| RenderError::Gpu("the picture has another size".to_owned()))?;
+        let shadow = gpu.read_texture(&shade.shadow, 4)?;
+        let filtered = chain.as_ref().map(|chain| chain.filtered(gpu)).transpose()?.flatten();
+        Ok(GpuFrame { passes, image, shadow: bytemuck::pod_collect_to_vec(&shadow), filtered })
+    }
+}
+
+fn texture_format(format: TexelFormat, channels: usize) -> Format {
+    match (format, channels) {
+        (TexelFormat::F32, 1) => Format::R32Float,
+        (TexelFormat::F32, 2) => Format::Rg32Float,
+        (TexelFormat::F32, _) => Format::Rgba32Float,
+        (TexelFormat::F16, 1) => Format::R16Float,
+        (TexelFormat::F16, 2) => Format::Rg16Float,
+        (TexelFormat::F16, _) => Format::Rgba16Float,
+        (TexelFormat::Unorm16, 1) => Format::R16Unorm,
+        (TexelFormat::Unorm16, 2) => Format::Rg16Unorm,
+        (TexelFormat::Unorm16, _) => Format::Rgba16Unorm,
+    }
+}
+
+fn light_uniform(light: &LightFrame, towards: [f64; 3], settings: &FrameSettings) -> [[f32; 4]; 5] {
+    let row = |axis: [f64; 3], scale: f64, offset: f64| {
+        [axis[0] * scale, axis[1] * scale, axis[2] * scale, offset].map(|value| value as f32)
+    };
+    let towards = towards.map(|c| c as f32);
+    [
+        row(light.right, light.texels_per_unit[0], light.origin_texel[0]),
+        row(light.down, light.texels_per_unit[1], light.origin_texel[1]),
+        row(light.forward, 1.0 / light.depth_range, -light.near / light.depth_range),
+        [towards[0], towards[1], towards[2], settings.bias],
+        [settings.map_size as f32, settings.leak_reduction, 0.0, 0.0],
+    ]
+}
+
+/// A pass that covers its targets.
+pub(super) struct CoverPass {
+    pipeline: wgpu::RenderPipeline,
+    bindings: wgpu::BindGroup,
+    targets: Vec<wgpu::TextureView>,
+}
+
+impl CoverPass {
+    fn new(
+        gpu: &Gpu,
+        module: &wgpu::ShaderModule,
+        entry: &str,
+        resources: &[(u32, wgpu::BindingResource<'_>)],
+        targets: &[(Format, wgpu::TextureView)],
+    ) -> Self {
+        let states: Vec<_> = targets
+            .iter()
+            .map(|&(format, _)| {
+                Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
+            })
+            .collect();
+        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(entry),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module,
+                entry_point: Some("cover"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                targets: &states,
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let bindings = super::depth_map::bind(gpu, &pipeline.get_bind_group_layout(0), resources);
+        Self { pipeline, bindings, targets: targets.iter().map(|(_, view)| view.clone()).collect() }
+    }
+
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) {
+        let attachments: Vec<_> = self
+            .targets
+            .iter()
+            .map(|view| {
+                Some(wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })
+            })
+            .collect();
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            color_attachments: &attachments,
+            timestamp_writes,
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bindings, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// From samples of depth to the filtered map with its mip levels.
+struct Chain {
+    resolve: CoverPass,
+    rows: CoverPass,
+    columns: CoverPass,
+    levels: Vec<CoverPass>,
+    /// The filtered maps, with all levels.
+    maps: Vec<wgpu::Texture>,
+}
+
+impl Chain {
+    fn new(
+        gpu: &Gpu,
+        [resolve, filter, halve]: [&str; 3],
+        formats: &[Format],
+        settings: &FrameSettings,
+        depths: &wgpu::TextureView,
+    ) -> Result<Self, RenderError> {
+        for &format in formats {
+            let offered = gpu.adapter.get_texture_format_features(format);
+            let filterable = offered.flags.contains(wgpu::TextureFormatFeatureFlags::FILTERABLE)
+                && offered.allowed_usages.contains(Uses::RENDER_ATTACHMENT)
+                && gpu.device.features().contains(format.required_features());
+            if !filterable {
+                return Err(RenderError::Gpu(format!("the adapter cannot filter textures of {format:?}")));
+            }
+        }
+        let side = settings.map_size;
+        let levels = if settings.mip_maps { side.ilog2() + 1 } else { 1 };
+        let textures = |levels: u32| -> Vec<wgpu::Texture> {
+            let usage = Uses::RENDER_ATTACHMENT | Uses::TEXTURE_BINDING | Uses::COPY_SRC;
+            formats.iter().map(|&format| gpu.texture(format, (side, side), levels, usage)).collect()
+        };
+        let (maps, between) = (textures(levels), textures(1));
+        let level = |textures: &[wgpu::Texture], level: u32| -> Vec<wgpu::TextureView> {
+            let view = wgpu::TextureViewDescriptor {
+                base_mip_level: level,
+                mip_level_count: Some(1),
+                ..Default::default()
+            };
+            textures.iter().map(|texture| texture.create_view(&view)).collect()
+        };
+        let targets = |views: &[wgpu::TextureView]| -> Vec<(Format, wgpu::TextureView)> {
+            formats.iter().copied().zip(views.iter().cloned()).collect()
+        };
+        let module = |source: &str| gpu.shader(source);
+        let (resolve, filter, halve) = (module(resolve), module(filter), module(halve));
+        let first = level(&maps, 0);
+        let other = level(&between, 0);
+        let read = |views: &[wgpu::TextureView],
+                    shader: &wgpu::ShaderModule,
+                    entry: &str,
+                    to: &[(Format, wgpu::TextureView)]| {
+            let resources: Vec<_> =
+                (0..).zip(views).map(|(i, v)| (i, wgpu::BindingResource::TextureView(v))).collect();
+            CoverPass::new(gpu, shader, entry, &resources, to)
+        };
+        let depth_binding = [(3, wgpu::BindingResource::TextureView(depths))];
+        Ok(Self {
+            resolve: CoverPass::new(gpu, &resolve, "resolve", &depth_binding, &targets(&first)),
+            rows: read(&first, &filter, "along_rows", &targets(&other)),
+            columns: read(&other, &filter, "along_columns", &targets(&first)),
+            levels: (1..levels)
+                .map(|l| read(&level(&maps, l - 1), &halve, "halve", &targets(&level(&maps, l))))
+                .collect(),
+            maps,
+        })
+    }
+
+    /// Level 0, channel by channel, for single floats.
+    fn filtered(&self, gpu: &Gpu) -> Result<Option<Vec<f32>>, RenderError> {
+        let mut all: Vec<(usize, Vec<f32>)> = Vec::new();
+        for map in &self.maps {
+            let channels = match map.format() {
+                Format::R32Float => 1,
+                Format::Rg32Float => 2,
+                Format::Rgba32Float => 4,
+                _ => return Ok(None),
+            };
+            let bytes = gpu.read_texture(map, 4 * channels as u32)?;
+            all.push((channels, bytemuck::pod_collect_to_vec(&bytes)));
+        }
+        let texels = all.first().map_or(0, |(channels, values)| values.len() / channels);
+        let texel =
+            |t: usize| all.iter().flat_map(move |(c, values)| values[t * c..(t + 1) * c].iter().copied());
+        Ok(Some((0..texels).flat_map(texel).collect()))
+    }
+}
+
+struct Shading {
+    pass: CoverPass,
+    colour: wgpu::Texture,
+    shadow: wgpu::Texture,
+}
+
+impl Shading {
+    fn new(
+        gpu: &Gpu,
+        shaders: &FrameShaders,
+        targets: &Targets,
+        light: &wgpu::Buffer,
+        chain: Option<&Chain>,
+        depths: &wgpu::TextureView,
+    ) -> Self {
+        let size = (targets.width, targets.height);
+        let usage = Uses::RENDER_ATTACHMENT | Uses::COPY_SRC;
+        let colour = gpu.texture(Format::Rgba8Unorm, size, 1, usage);
+        let shadow = gpu.texture(Format::R32Float, size, 1, usage);
+        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            mipmap_filter: wgpu::MipmapFilterMode::Linear,
+            ..Default::default()
+        });
+        let views: Vec<wgpu::TextureView> = chain
+            .map(|chain| chain.maps.iter().map(|map| map.create_view(&Default::default())).collect())
+            .unwrap_or_default();
+        let mut resources: Vec<(u32, wgpu::BindingResource<'_>)> = vec![(10, light.as_entire_binding())];
+        for (binding, view) in (11..).zip(&targets.views) {
+            resources.push((binding, wgpu::BindingResource::TextureView(view)));
+        }
+        for (binding, view) in (0..).zip(&views) {
+            resources.push((binding, wgpu::BindingResource::TextureView(view)));
+        }
+        let shade = match shaders {
+            FrameShaders::Prefiltered { shade, .. } => {
+                resources.push((2, wgpu::BindingResource::Sampler(&sampler)));
+                shade
+            }
+            FrameShaders::Comparison { shade } => {
+                resources.push((3, wgpu::BindingResource::TextureView(depths)));
+                shade
+            }
+        };
+        let to = [
+            (Format::Rgba8Unorm, colour.create_view(&Default::default())),
+            (Format::R32Float, shadow.create_view(&Default::default())),
+        ];
+        let pass = CoverPass::new(gpu, &gpu.shader(shade), "pixel", &resources, &to);
+        Self { pass, colour, shadow }
+    }
+}
+
+/// Timestamps at the beginning and end of each pass.
+struct Timer {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    nanoseconds: f64,
+}
+
+impl Timer {
+    fn new(gpu: &Gpu) -> Option<Self> {
+        if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return None;
+        }
+        let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("passes"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2 * PASSES,
+        });
+        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let resolved = gpu.buffer("timestamps", u64::from(2 * PASSES) * 8, usage);
+        Some(Self { queries, resolved, nanoseconds: f64::from(gpu.queue.get_timestamp_period()) })
+    }
+
+    fn writes(&self, pass: u32) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
+    fn begin_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..writes }
+    }
+
+    fn end_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..writes }
+    }
+
+    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2 * PASSES, &self.resolved, 0);
+    }
+
+    fn read(&self, gpu: &Gpu, passes: usize) -> Result<Vec<Duration>, RenderError> {
+        let stamps: Vec<u64> = gpu.read(&self.resolved, 0, u64::from(2 * PASSES) * 8)?;
+        let time = |pass: usize| {
+            let ticks = stamps[2 * pass + 1].saturating_sub(stamps[2 * pass]);
+            Duration::from_nanos((ticks as f64 * self.nanoseconds) as u64)
+        };
+        Ok((0..passes).map(time).collect())
+    }
+}

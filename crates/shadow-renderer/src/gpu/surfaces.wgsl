@@ -1,0 +1,66 @@
+// What the camera sees: world positions (w = 1 where there is a surface), normals towards the camera, albedo.
+
+struct Camera {
+    // Clip coordinates of a world position p are rows . (p, 1).
+    x: vec4<f32>,
+    y: vec4<f32>,
+    z: vec4<f32>,
+    w: vec4<f32>,
+    eye: vec4<f32>,
+}
+
+struct Mask {
+    width: u32,
+    height: u32,
+    first_bit: u32,
+}
+
+const NO_MASK: u32 = 0xffffffffu;
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<storage, read> masks: array<Mask>;
+@group(0) @binding(2) var<storage, read> mask_bits: array<u32>;
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) position: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) @interpolate(flat) albedo: vec3<f32>,
+    @location(3) uv: vec2<f32>,
+    @location(4) @interpolate(flat) mask_index: u32,
+}
+
+@vertex
+fn corner(
+    @location(0) position: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) albedo: vec3<f32>,
+    @location(3) uv: vec2<f32>,
+    @location(4) mask_index: u32,
+) -> Corner {
+    let p = vec4<f32>(position, 1.0);
+    let clip = vec4<f32>(dot(camera.x, p), dot(camera.y, p), dot(camera.z, p), dot(camera.w, p));
+    return Corner(clip, position, normal, albedo, uv, mask_index);
+}
+
+struct Surface {
+    @location(0) position: vec4<f32>,
+    @location(1) normal: vec4<f32>,
+    @location(2) albedo: vec4<f32>,
+}
+
+@fragment
+fn surface(corner: Corner) -> Surface {
+    if corner.mask_index != NO_MASK {
+        let mask = masks[corner.mask_index];
+        let size = vec2<u32>(mask.width, mask.height);
+        let texel = min(vec2<u32>(fract(corner.uv) * vec2<f32>(size)), size - 1u);
+        let bit = mask.first_bit + texel.y * mask.width + texel.x;
+        if ((mask_bits[bit / 32u] >> (bit % 32u)) & 1u) == 0u {
+            discard;
+        }
+    }
+    let n = normalize(corner.normal);
+    let facing = select(n, -n, dot(n, corner.position - camera.eye.xyz) > 0.0);
+    return Surface(vec4<f32>(corner.position, 1.0), vec4<f32>(facing, 0.0), vec4<f32>(corner.albedo, 1.0));
+}

@@ -1,0 +1,180 @@
+//! Whole frames: the filtered map against Rust and double precision, shadows against percentage-closer filtering, and
+//! what happens when the device is lost.
+
+use libtest_mimic::{Failed, Trial};
+use shadow_filtering::{
+    ChannelMap, Kernel, PassShaders, StoredTechnique, Technique, TechniqueSpec, comparison_shader, filter,
+    resolve,
+};
+use shadow_renderer::{
+    DepthMap, FrameRenderer, FrameSettings, FrameShaders, LightFrame, Sampling, Scene, TexelFormat,
+    load_scene,
+};
+
+use quantization::NumberFormat;
+use quantization::published::Published;
+
+use crate::adapter::gpu_trial;
+use crate::{compare, techniques};
+
+const SETTINGS: FrameSettings = FrameSettings {
+    map_size: 256,
+    width: 320,
+    height: 180,
+    samples: 4,
+    mip_maps: true,
+    bias: 0.002,
+    leak_reduction: 0.0,
+    frames: 1,
+};
+
+pub fn trials() -> Vec<Trial> {
+    let mut trials = Vec::new();
+    for (name, spec) in techniques() {
+        if spec.build().unwrap().channels() <= 8 {
+            trials.push(gpu_trial(format!("map::{name}"), move || filtered_map(&spec)));
+        }
+    }
+    trials.push(gpu_trial("frame::shadows".into(), shadows));
+    trials.push(gpu_trial("frame::stored".into(), stored));
+    trials.push(gpu_trial("frame::lost_device".into(), lost_device));
+    trials
+}
+
+fn scene() -> (Scene, [f32; 3]) {
+    let scene = load_scene("village").unwrap();
+    let direction = scene.views.iter().find(|view| view.name == "oblique").unwrap().direction;
+    (scene, direction)
+}
+
+fn shaders(passes: PassShaders) -> FrameShaders {
+    let format = match passes.format {
+        NumberFormat::Unorm16 => TexelFormat::Unorm16,
+        NumberFormat::F16 => TexelFormat::F16,
+        _ => TexelFormat::F32,
+    };
+    let PassShaders { resolve, filter, halve, shade, textures, .. } = passes;
+    FrameShaders::Prefiltered { resolve, filter, halve, shade, textures, format }
+}
+
+/// Encoding, resolve and both filter passes, in single floats.
+fn filtered_map(spec: &TechniqueSpec) -> Result<(), Failed> {
+    let (scene, direction) = scene();
+    let kernel = Kernel::gaussian(9, 2.4)?;
+    let technique = StoredTechnique::new(spec.build()?, None, NumberFormat::F32)?;
+    let passes = technique.passes(&kernel, 4).ok_or("no passes")?;
+    let renderer = FrameRenderer::new(&scene, direction)?;
+    let frame = renderer.render(&shaders(passes), &SETTINGS)?;
+    let found = frame.filtered.ok_or("the map was not read back")?;
+
+    let light = LightFrame::fit(&scene, direction, SETTINGS.map_size, SETTINGS.map_size)?;
+    let depths = DepthMap::render(&scene, &light, Sampling::Multisample4)?;
+    let technique = technique.technique();
+    let single = map(&depths, technique, &kernel, |depth, b| {
+        technique.real_time().unwrap().encode_single(depth, b);
+    })?;
+    let exact = map(&depths, technique, &kernel, |depth, b: &mut [f64]| {
+        technique.encode(f64::from(depth), b);
+    })?;
+    let channels = technique.channels();
+    let scales: Vec<f64> = (0..channels)
+        .map(|k| exact.iter().skip(k).step_by(channels).fold(0.0, |most: f64, v| most.max(v.abs())))
+        .collect();
+    compare(&format!("{}, filtered map", technique.name()), &found, &single, &exact, &scales)
+}
+
+/// Encoded samples, resolved and filtered.
+fn map<R: moment_problem::arithmetic::Real + Send + Sync>(
+    depths: &DepthMap,
+    technique: &dyn Technique,
+    kernel: &Kernel,
+    encode: impl Fn(f32, &mut [R]),
+) -> Result<Vec<R>, Failed> {
+    let channels = technique.channels();
+    let mut samples = vec![R::zero(); depths.depths.len() * channels];
+    for (b, &depth) in samples.chunks_exact_mut(channels).zip(&depths.depths) {
+        encode(depth, b);
+    }
+    let (width, height) = ((depths.width * depths.samples) as usize, depths.height as usize);
+    let resolved = resolve(&ChannelMap::new(width, height, channels, samples)?, depths.samples as usize)?;
+    Ok(filter(&resolved, kernel).data().to_vec())
+}
+
+/// Shadows of a good technique are those of percentage-closer filtering but for a few percent; a wrong one is not.
+fn shadows() -> Result<(), Failed> {
+    let (scene, direction) = scene();
+    let kernel = Kernel::gaussian(9, 2.4)?;
+    let renderer = FrameRenderer::new(&scene, direction)?;
+    let truth =
+        renderer.render(&FrameShaders::Comparison { shade: comparison_shader(&kernel, 0.05) }, &SETTINGS)?;
+    let distance = |spec: TechniqueSpec, fault: Option<(&str, &str)>| -> Result<f64, Failed> {
+        let technique = StoredTechnique::new(spec.build()?, None, NumberFormat::F32)?;
+        let mut passes = technique.passes(&kernel, 4).ok_or("no passes")?;
+        if let Some((from, to)) = fault {
+            assert!(passes.shade.contains(from));
+            passes.shade = passes.shade.replacen(from, to, 1);
+        }
+        let frame = renderer.render(&shaders(passes), &SETTINGS)?;
+        assert_eq!(frame.shadow.len(), truth.shadow.len());
+        assert!(frame.shadow.iter().all(|g| (0.0..=1.0).contains(g)), "{}", technique.technique().name());
+        let distances = frame.shadow.iter().zip(&truth.shadow).map(|(g, f)| f64::from((g - f).abs()));
+        Ok(distances.sum::<f64>() / frame.shadow.len() as f64)
+    };
+    let covered = truth.shadow.iter().filter(|f| **f > 0.5).count();
+    assert!(covered * 20 > truth.shadow.len(), "{covered} pixels in shadow");
+    let mut all = Vec::new();
+    for (name, spec) in techniques() {
+        if spec.build()?.channels() <= 8 && !name.starts_with("csm") && !name.starts_with("esm") {
+            let error = distance(spec, None)?;
+            println!("{name}: mean distance from PCF {error:.4}");
+            assert!(error < 0.1, "{name}: {error}");
+            all.push((name, error));
+        }
+    }
+    let of = |wanted: &str| all.iter().find(|(name, _)| *name == wanted).map(|(_, error)| *error).unwrap();
+    assert!(of("hamburger4") < of("vsm") && of("hamburger6") < of("vsm"), "{all:?}");
+    let wrong = distance(TechniqueSpec::Vsm {}, Some(("z_f - mean", "mean - z_f")))?;
+    assert!(wrong > 0.1, "a reversed depth test went unnoticed: {wrong}");
+    Ok(())
+}
+
+/// Sixteen bits with a transform give nearly the picture of single floats, and every pass was timed or none was.
+fn stored() -> Result<(), Failed> {
+    let (scene, direction) = scene();
+    let kernel = Kernel::gaussian(9, 2.4)?;
+    let renderer = FrameRenderer::new(&scene, direction)?;
+    let theta = Published::named("GDC16 four moments").ok_or("no such transform")?.transform()?;
+    let spec = techniques().into_iter().find(|(name, _)| *name == "hamburger4").ok_or("none")?.1;
+    let mut frames = Vec::new();
+    for (transform, format) in [(None, NumberFormat::F32), (Some(&theta), NumberFormat::Unorm16)] {
+        let technique = StoredTechnique::new(spec.build()?, transform, format)?;
+        frames.push(renderer.render(&shaders(technique.passes(&kernel, 4).ok_or("none")?), &SETTINGS)?);
+    }
+    let pairs = frames[0].shadow.iter().zip(&frames[1].shadow);
+    let distance = pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / frames[0].shadow.len() as f64;
+    assert!(distance > 0.0 && distance < 0.03, "{distance}");
+    let names: Vec<&str> = frames[1].passes.iter().map(|pass| pass.pass).collect();
+    let expected =
+        ["shadow map", "resolve", "filter rows", "filter columns", "mip maps", "surfaces", "shade"];
+    assert_eq!(names, expected);
+    let counts: Vec<usize> = frames[1].passes.iter().map(|pass| pass.times.len()).collect();
+    assert!(counts.iter().all(|&count| count == counts[0]) && counts[0] <= 1, "{counts:?}");
+    Ok(())
+}
+
+fn lost_device() -> Result<(), Failed> {
+    let (scene, direction) = scene();
+    let kernel = Kernel::gaussian(3, 1.0)?;
+    let renderer = FrameRenderer::new(&scene, direction)?;
+    let shaders = FrameShaders::Comparison { shade: comparison_shader(&kernel, 0.05) };
+    renderer.render(&shaders, &SETTINGS)?;
+    renderer.lose();
+    match renderer.render(&shaders, &SETTINGS) {
+        Err(shadow_renderer::RenderError::Gpu(reason)) => {
+            println!("{reason}");
+            assert!(!reason.is_empty());
+            Ok(())
+        }
+        other => Err(format!("a lost device went unnoticed: {:?}", other.map(|frame| frame.passes)).into()),
+    }
+}
