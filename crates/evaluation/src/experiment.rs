@@ -202,8 +202,7 @@ impl Experiment {
                 ("stability", Table::try_from(&*experiment).map_err(fail)?)
             }
             Kind::SpeedAccuracy(experiment) => {
-                experiment.scenes = scenes.to_vec();
-                experiment.views.clear();
+                experiment.with_scenes(scenes);
                 ("speed-accuracy", Table::try_from(&*experiment).map_err(fail)?)
             }
             Kind::Bounds(_) => {

@@ -46,8 +46,8 @@ pub use shadow_filtering::techniques::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use speed_accuracy::{
     Advice, AdviceOptions, Blend, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES,
-    FrameSetting, Needs, OrderSetting, OrderShare, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample,
-    SpeedTiming, SpeedViewRecord,
+    FrameSample, FrameSetting, FrameTiming, GpuRecord, Needs, OrderSetting, OrderShare, PictureSetting,
+    SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming, SpeedViewRecord,
 };
 pub use stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,

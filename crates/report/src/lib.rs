@@ -18,6 +18,7 @@ mod search_figures;
 mod search_summary;
 mod search_tables;
 mod speed_figures;
+mod speed_gpu;
 mod speed_summary;
 mod speed_tables;
 mod stability_claims;

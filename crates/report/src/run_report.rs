@@ -117,13 +117,13 @@ fn speed_files(
     run: &RunDirectory,
     experiment: &SpeedAccuracyExperiment,
 ) -> Result<Vec<RecordedFile>, ReportError> {
-    let tables = SpeedTables::read(run)?;
+    let tables = SpeedTables::read(run, experiment)?;
     let figures = speed_figures::draw(&tables)?;
     let page = Page {
         question: &experiment.question,
         expectation: &experiment.expectation,
         answer: tables.answer(),
-        table: speed_tables::markdown(&tables),
+        table: speed_tables::markdown(experiment, &tables),
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
         provenance: run.provenance()?,
     };

@@ -91,8 +91,15 @@ pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<NamedFigure>, ReportError
         let scatter = Scatter { x_label, marks: with_front(marks), sizes: shown.to_vec() };
         svg(id, (860, 560), |root| scatter.draw(root))
     };
+    let gpu: Vec<Mark> = full
+        .iter()
+        .filter_map(|r| {
+            let (least, median, most) = tables.gpu_time(&r.technique, &r.format)?;
+            Some(mark(r, median, Some((least, most))))
+        })
+        .collect();
     let first = &sizes[..sizes.len().min(1)];
-    Ok(vec![
+    let mut figures = vec![
         NamedFigure {
             id: "cost",
             title: "Error against modelled frame cost (lower and further left is better)",
@@ -113,7 +120,17 @@ pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<NamedFigure>, ReportError
             title: "How many moments and surfaces the kernels of each scene need",
             svg: svg("needs", (860, 90 + 34 * needs_rows(tables)), |root| needs(root, tables))?,
         },
-    ])
+    ];
+    if !gpu.is_empty() {
+        let adapter = tables.gpu.as_ref().map(|gpu| gpu.adapter.as_str()).unwrap_or_default();
+        let label = format!("milliseconds a frame on {adapter}");
+        figures.push(NamedFigure {
+            id: "gpu",
+            title: "Error against frame time (lower and further left is better)",
+            svg: chart("gpu", &label, gpu, first)?,
+        });
+    }
+    Ok(figures)
 }
 
 /// Marks those that no other beats in both.

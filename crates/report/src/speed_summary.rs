@@ -1,7 +1,10 @@
 //! What the records of a `speed-accuracy` experiment say, in numbers.
 
 use crate::error::ReportError;
-use evaluation::{OrderShare, RunDirectory, SpeedAccuracyRecord, SpeedSample, SpeedViewRecord};
+use evaluation::{
+    FrameSample, GpuRecord, OrderShare, RunDirectory, SpeedAccuracyExperiment, SpeedAccuracyRecord,
+    SpeedSample, SpeedViewRecord,
+};
 
 /// The recorded tables of a run.
 pub(crate) struct SpeedTables {
@@ -9,6 +12,10 @@ pub(crate) struct SpeedTables {
     pub(crate) orders: Vec<OrderShare>,
     pub(crate) views: Vec<SpeedViewRecord>,
     pub(crate) samples: Vec<SpeedSample>,
+    /// Where frames were asked for.
+    pub(crate) gpu: Option<GpuRecord>,
+    /// Empty without a graphics processor.
+    pub(crate) frames: Vec<FrameSample>,
 }
 
 /// Nanoseconds an item over the rounds.
@@ -20,8 +27,18 @@ pub(crate) struct Time {
 }
 
 impl SpeedTables {
-    pub(crate) fn read(run: &RunDirectory) -> Result<Self, ReportError> {
+    pub(crate) fn read(
+        run: &RunDirectory,
+        experiment: &SpeedAccuracyExperiment,
+    ) -> Result<Self, ReportError> {
+        let gpu = match experiment.frames {
+            Some(_) => run.rows("gpu.csv")?.into_iter().next(),
+            None => None,
+        };
+        let is_timed = run.path().join("frames.csv").is_file();
         Ok(Self {
+            gpu,
+            frames: if is_timed { run.rows("frames.csv")? } else { Vec::new() },
             records: run.rows("records.csv")?,
             orders: run.rows("orders.csv")?,
             views: run.rows("views.csv")?,
@@ -191,7 +208,7 @@ impl SpeedTables {
                 _ => format!("Moments that lose less than {tolerance} to PCF: {}.", shares.join(", ")),
             });
         }
-        sentences.push("No graphics processor was at hand: there are no GPU times.".to_owned());
+        sentences.push(self.gpu_sentence());
         sentences.join(" ")
     }
 }

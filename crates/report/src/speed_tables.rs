@@ -1,16 +1,33 @@
 //! Tables of a `speed-accuracy` run.
 
 use crate::speed_summary::{SpeedTables, Time};
-use evaluation::SpeedAccuracyRecord;
+use evaluation::{SpeedAccuracyExperiment, SpeedAccuracyRecord};
 use std::fmt::Write as _;
 
-pub(crate) fn markdown(tables: &SpeedTables) -> String {
+pub(crate) fn markdown(experiment: &SpeedAccuracyExperiment, tables: &SpeedTables) -> String {
     let mut text = String::new();
+    pictures(experiment, &mut text);
     front(tables, &mut text);
     techniques(tables, &mut text);
     times(tables, &mut text);
+    tables.gpu_table(&mut text);
     needs(tables, &mut text);
     text
+}
+
+fn pictures(experiment: &SpeedAccuracyExperiment, text: &mut String) {
+    for picture in &experiment.picture {
+        let columns = picture.techniques.join("; ");
+        let view = if picture.view.is_empty() { "first view" } else { &picture.view };
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "![{}, {view}]({}.png)\n", picture.scene, picture.id);
+        let _ = writeln!(
+            text,
+            "{}, {view}, from left to right: PCF with receiver plane; {columns}. Lower bounds as they are, depth bias {} texels + {} \
+             slopes; below, parts of the pictures magnified.\n",
+            picture.scene, picture.bias.texels, picture.bias.slopes
+        );
+    }
 }
 
 fn percent(value: f64) -> String {
@@ -137,7 +154,7 @@ fn times(tables: &SpeedTables, text: &mut String) {
     let _ = writeln!(
         text,
         "\nMedian, least and most over the rounds; ratios are to the first technique in the same round and precision, median. A \
-         call at a time, without vector units; what a graphics processor takes is another matter, and none was at hand.\n"
+         call at a time, without vector units; what a graphics processor takes is another matter.\n"
     );
 }
 

@@ -4,7 +4,9 @@
 mod advise;
 mod candidate;
 mod cost;
+mod frames;
 mod orders;
+mod picture;
 mod race;
 mod records;
 mod run;
@@ -13,8 +15,8 @@ mod settings;
 mod timing;
 
 pub use advise::{Advice, AdviceOptions, Choice, DEFAULT_CANDIDATES, Needs};
-pub use records::{OrderShare, SpeedAccuracyRecord, SpeedSample, SpeedViewRecord};
+pub use records::{FrameSample, GpuRecord, OrderShare, SpeedAccuracyRecord, SpeedSample, SpeedViewRecord};
 pub use settings::{
-    Blend, CandidateSetting, ComparisonSetting, FrameSetting, OrderSetting, SpeedAccuracyExperiment,
-    SpeedTiming,
+    Blend, CandidateSetting, ComparisonSetting, FrameSetting, FrameTiming, OrderSetting, PictureSetting,
+    SpeedAccuracyExperiment, SpeedTiming,
 };

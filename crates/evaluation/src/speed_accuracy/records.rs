@@ -66,6 +66,48 @@ pub struct SpeedSample {
     pub time_ns: u64,
 }
 
+/// One row of frames.csv: a pass of a frame on a graphics processor.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct FrameSample {
+    /// Technique.
+    pub technique: String,
+    /// Number format; `depth` for percentage-closer filtering.
+    pub format: String,
+    /// Side of the shadow map in texels.
+    pub map_size: u32,
+    /// Output width in pixels.
+    pub width: u32,
+    /// Output height in pixels.
+    pub height: u32,
+    /// Size of the filter kernel in texels.
+    pub kernel: usize,
+    /// Pass.
+    pub pass: String,
+    /// Counts from 0.
+    pub frame: usize,
+    /// Between the timestamps around the pass.
+    pub time_ns: u64,
+}
+
+/// The row of gpu.csv.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct GpuRecord {
+    /// Name of the adapter; empty without one.
+    pub adapter: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub device_type: String,
+    /// Driver.
+    pub driver: String,
+    /// Graphics interface.
+    pub api: String,
+    /// `timed`, or why not, or why it stopped.
+    pub status: String,
+    /// Combinations that this adapter could not render.
+    pub skipped: usize,
+    /// The last of these, with the reason.
+    pub last_skipped: String,
+}
+
 /// What the kernels of a view need; orders.csv has a row for each share.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OrderRecord {

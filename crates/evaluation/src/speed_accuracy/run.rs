@@ -150,12 +150,21 @@ impl SpeedAccuracyExperiment {
             layers: view.layers,
         });
         let timings = timing::time(&plan, &views[0], &samples[0])?;
-        let files = vec![
+        let pictures = plan.pictures()?;
+        let mut files = vec![
             RecordedFile::csv("records.csv", &records)?,
             RecordedFile::csv("orders.csv", &self.order_shares(&needs))?,
             RecordedFile::csv("views.csv", &view_records.collect::<Vec<_>>())?,
             RecordedFile::csv("samples.csv", &timings)?,
         ];
+        files.extend(pictures);
+        if let Some(timing) = &self.frames {
+            let times = plan.frame_times(timing);
+            files.push(RecordedFile::csv("gpu.csv", &[times.gpu])?);
+            if !times.samples.is_empty() {
+                files.push(RecordedFile::csv("frames.csv", &times.samples)?);
+            }
+        }
         Ok(Recorded { files, trials: measured.len(), failed: 0, complete: true })
     }
 

@@ -43,6 +43,12 @@ pub struct SpeedAccuracyExperiment {
     pub orders: OrderSetting,
     /// What is timed after all errors are known.
     pub timing: SpeedTiming,
+    /// What is timed on a graphics processor; without it nothing is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<FrameTiming>,
+    /// Pictures of techniques side by side.
+    #[serde(default)]
+    pub picture: Vec<PictureSetting>,
     /// Techniques with their storage.
     pub candidate: Vec<CandidateSetting>,
     /// Percentage-closer filtering without a receiver plane, for comparison.
@@ -102,6 +108,53 @@ pub struct SpeedTiming {
     pub repetitions: usize,
     /// Fragments of the first view that are shaded.
     pub fragments: usize,
+}
+
+/// Frames on a graphics processor: one setting for all, and what is varied on its own.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrameTiming {
+    /// Side of the shadow map in texels.
+    pub map_size: u32,
+    /// Output width and height in pixels.
+    pub output: [u32; 2],
+    /// Size of the Gaussian in texels.
+    pub kernel: usize,
+    /// Other map sizes.
+    #[serde(default)]
+    pub map_sizes: Vec<u32>,
+    /// Other outputs.
+    #[serde(default)]
+    pub outputs: Vec<[u32; 2]>,
+    /// Other kernel sizes.
+    #[serde(default)]
+    pub kernels: Vec<usize>,
+    /// Timed frames for each.
+    pub frames: usize,
+    /// Times software drivers too. They are no GPU times; for tests of the way there.
+    #[serde(default)]
+    pub software: bool,
+}
+
+/// The scene from its camera with percentage-closer filtering, then with each technique.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PictureSetting {
+    /// File name without extension.
+    pub id: String,
+    /// Procedural scene or file.
+    pub scene: String,
+    /// View.
+    pub view: String,
+    /// `NAME, FORMAT` of candidates, with the first moment bias and no blend.
+    pub techniques: Vec<String>,
+    /// Depth bias of the techniques.
+    pub bias: DepthBias,
+    /// Width and height of one picture in pixels.
+    pub output: [u32; 2],
+    /// Left, top and side of squares to magnify, in pixels.
+    #[serde(default)]
+    pub insets: Vec<[u32; 3]>,
 }
 
 /// A technique with its storage.
@@ -202,10 +255,56 @@ impl SpeedAccuracyExperiment {
             }
             Candidate::new(setting, self.seed, &format!("candidate[{i}]"))?;
         }
+        if let Err(reason) = self.check_frames() {
+            return fail("frames", format!("frames: {reason}"));
+        }
+        for (i, picture) in self.picture.iter().enumerate() {
+            self.check_picture(picture, &format!("picture[{i}]"))?;
+        }
         for (i, comparison) in self.comparison.iter().enumerate() {
             comparison.kernel.build().map_err(in_key(&format!("comparison[{i}].kernel")))?;
         }
         Ok(())
+    }
+
+    fn check_picture(&self, picture: &PictureSetting, place: &str) -> Result<(), EvaluationError> {
+        let fail = |reason: String| {
+            let reason = format!("picture `{}`: {reason}", picture.id);
+            Err(EvaluationError::Key { key: place.to_owned(), reason })
+        };
+        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if picture.id.is_empty() || !picture.id.chars().all(plain) {
+            return fail("its id is no file name of letters, digits and -".to_owned());
+        }
+        let [width, height] = picture.output;
+        if width == 0 || height == 0 || width > MAX_SIZE || height > MAX_SIZE {
+            return fail(format!("output = {width}x{height} is not between 1 and {MAX_SIZE}"));
+        }
+        for &[x, y, side] in &picture.insets {
+            let end = |start: u32| u64::from(start) + u64::from(side);
+            if side == 0 || end(x) > u64::from(width) || end(y) > u64::from(height) {
+                return fail(format!("inset [{x}, {y}, {side}] is not inside {width}x{height}"));
+            }
+        }
+        for name in &picture.techniques {
+            let known =
+                |candidate: &CandidateSetting| format!("{}, {}", candidate.name, candidate.format) == *name;
+            if !self.candidate.iter().any(known) {
+                return fail(format!("technique `{name}` is not a candidate (`NAME, FORMAT`)"));
+            }
+        }
+        picture.bias.check().map_err(in_key(place))
+    }
+
+    /// Replaces the scenes; the first picture then shows the first of the new ones.
+    pub(crate) fn with_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+        self.picture.truncate(1);
+        for picture in &mut self.picture {
+            picture.scene.clone_from(&scenes[0]);
+            picture.view.clear();
+        }
     }
 
     /// How F is computed.

@@ -3,6 +3,7 @@
 //!
 //! The shaders of a technique come from outside, as WGSL; this module knows textures, passes and times only.
 
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
@@ -99,6 +100,8 @@ pub struct FrameRenderer {
     scene_light: [f64; 3],
     scene: Scene,
     direction: [f32; 3],
+    /// Why the device was lost, once it is.
+    lost: Arc<Mutex<Option<String>>>,
 }
 
 /// Features that are used where the adapter has them.
@@ -119,11 +122,18 @@ impl FrameRenderer {
     pub fn new(scene: &Scene, direction: [f32; 3]) -> Result<Self, RenderError> {
         LightFrame::fit(scene, direction, 64, 64)?;
         let gpu = open(WANTED).map_err(RenderError::Gpu)?;
+        let lost = Arc::new(Mutex::new(None));
+        let heard = lost.clone();
+        gpu.device.set_device_lost_callback(move |reason, message| {
+            // A poisoned lock holds a reason all the same.
+            let mut lost = heard.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            *lost = Some(format!("{reason:?} {message}").trim().to_owned());
+        });
         let scopes = Scopes::open(&gpu.device);
         let geometry = Geometry::upload(&gpu, scene)?;
         scopes.close()?;
         let scene_light = normalize(direction.map(|c| -f64::from(c)));
-        Ok(Self { gpu, geometry, scene_light, scene: scene.clone(), direction })
+        Ok(Self { gpu, geometry, scene_light, scene: scene.clone(), direction, lost })
     }
 
     /// The adapter.
@@ -139,6 +149,8 @@ impl FrameRenderer {
     /// Gives the device up, as a driver that crashes does. Every later frame is an error.
     pub fn lose(&self) {
         self.gpu.device.destroy();
+        // Whatever this answers, the device is gone.
+        let _ = self.gpu.wait();
     }
 
     /// Renders frames with a technique.
@@ -151,9 +163,13 @@ impl FrameRenderer {
         check_size(settings.width, settings.height)?;
         let scopes = Scopes::open(&self.gpu.device);
         let frame = self.render_unchecked(shaders, settings);
-        // What the device has to say explains more than what followed from it.
-        scopes.close()?;
-        frame
+        // What the device has to say explains more than what followed from it, and its loss more than both.
+        let said = scopes.close();
+        let lost = self.lost.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        match lost.as_ref() {
+            Some(reason) => Err(RenderError::Gpu(format!("the device was lost: {reason}"))),
+            None => said.and(frame),
+        }
     }
 
     fn render_unchecked(

@@ -1,0 +1,147 @@
+//! Frame times on a graphics processor, where there was one.
+
+use crate::speed_summary::SpeedTables;
+use evaluation::FrameSample;
+use std::fmt::Write as _;
+
+/// Sizes of a frame: map, width, height, kernel.
+type Point = (u32, u32, u32, usize);
+
+fn point(sample: &FrameSample) -> Point {
+    (sample.map_size, sample.width, sample.height, sample.kernel)
+}
+
+impl SpeedTables {
+    /// All sizes in the order of the file; the first is the middle of all.
+    fn points(&self) -> Vec<Point> {
+        let mut points = Vec::new();
+        for sample in &self.frames {
+            if !points.contains(&point(sample)) {
+                points.push(point(sample));
+            }
+        }
+        points
+    }
+
+    /// Frame times in milliseconds, ascending: the sum over the passes that `wanted` takes.
+    fn frame_times(
+        &self,
+        (technique, format): (&str, &str),
+        at: Point,
+        wanted: impl Fn(&str) -> bool,
+    ) -> Vec<f64> {
+        let mut frames: Vec<f64> = Vec::new();
+        let of = self
+            .frames
+            .iter()
+            .filter(|s| s.technique == technique && s.format == format && point(s) == at && wanted(&s.pass));
+        for sample in of {
+            if frames.len() <= sample.frame {
+                frames.resize(sample.frame + 1, 0.0);
+            }
+            frames[sample.frame] += sample.time_ns as f64 / 1e6;
+        }
+        frames.sort_by(f64::total_cmp);
+        frames
+    }
+
+    /// Least, median and most of the frame times at the first sizes, on a graphics processor.
+    pub(crate) fn gpu_time(&self, technique: &str, format: &str) -> Option<(f64, f64, f64)> {
+        self.gpu.as_ref().filter(|gpu| gpu.device_type != "Cpu")?;
+        let at = *self.points().first()?;
+        let times = self.frame_times((technique, format), at, |_| true);
+        Some((*times.first()?, times[times.len() / 2], *times.last()?))
+    }
+
+    /// What is said of the graphics processor in the answer.
+    pub(crate) fn gpu_sentence(&self) -> String {
+        let Some(gpu) = &self.gpu else { return "No GPU times were asked for.".to_owned() };
+        if self.frames.is_empty() {
+            return format!("No GPU times, and no GPU axis: {}.", gpu.status);
+        }
+        if gpu.device_type == "Cpu" {
+            return format!("No GPU times, and no GPU axis: {} is a software driver.", gpu.adapter);
+        }
+        let times = (self.gpu_time("VSM", "f32"), self.gpu_time("Hamburger 4", "unorm16"));
+        let ratio = match times {
+            (Some(vsm), Some(msm)) => format!(
+                "a frame with four moments in 16 bits takes {:.2} ms, with VSM in 32 bits {:.2} ms, {:.2} times as long",
+                msm.1,
+                vsm.1,
+                msm.1 / vsm.1
+            ),
+            _ => "see the table".to_owned(),
+        };
+        let status = if gpu.status == "timed" { String::new() } else { format!(" ({})", gpu.status) };
+        format!("On {}{status}: {ratio}.", gpu.adapter)
+    }
+
+    /// Frame times by technique and sizes.
+    pub(crate) fn gpu_table(&self, text: &mut String) {
+        // Writing to a string cannot fail.
+        let Some(gpu) = &self.gpu else { return };
+        text.push_str(if gpu.device_type == "Cpu" && !self.frames.is_empty() {
+            "### Frame times on a software driver, which are no GPU times\n\n"
+        } else {
+            "### Frame times on a graphics processor\n\n"
+        });
+        if self.frames.is_empty() {
+            let adapter = if gpu.adapter.is_empty() { "no adapter" } else { &gpu.adapter };
+            let _ = writeln!(text, "None ({adapter}): {}.\n", gpu.status);
+            return;
+        }
+        let points = self.points();
+        text.push_str("| technique | format |");
+        for (map, width, height, kernel) in &points {
+            let _ = write!(text, " {map}², {width}x{height}, {kernel}x{kernel} |");
+        }
+        let _ = writeln!(
+            text,
+            " shadow passes | resolve | filter | shade |\n|---|---{}|",
+            "|--:".repeat(points.len() + 4)
+        );
+        let mut techniques: Vec<(&str, &str)> = Vec::new();
+        for sample in &self.frames {
+            let key = (sample.technique.as_str(), sample.format.as_str());
+            if !techniques.contains(&key) {
+                techniques.push(key);
+            }
+        }
+        let median = |times: Vec<f64>| match times.get(times.len() / 2) {
+            Some(time) => format!("{time:.3}"),
+            None => "-".to_owned(),
+        };
+        for key in techniques {
+            let _ = write!(text, "| {} | {} |", key.0, key.1);
+            for &at in &points {
+                let _ = write!(text, " {} |", median(self.frame_times(key, at, |_| true)));
+            }
+            let first = points[0];
+            let shadow = self.frame_times(key, first, |pass| pass != "surfaces");
+            let resolve = self.frame_times(key, first, |pass| pass == "resolve");
+            let filter = self.frame_times(key, first, |pass| pass.starts_with("filter"));
+            let shade = self.frame_times(key, first, |pass| pass == "shade");
+            let _ = writeln!(
+                text,
+                " {} | {} | {} | {} |",
+                median(shadow),
+                median(resolve),
+                median(filter),
+                median(shade)
+            );
+        }
+        let _ = writeln!(
+            text,
+            "\nMilliseconds between GPU timestamps, median over frames; all passes of a frame by sizes of map, output and kernel, then \
+             parts of the first. 4x multisampled maps with mip maps. Measured on {} ({}, {}, {}): {}.\n",
+            gpu.adapter, gpu.device_type, gpu.api, gpu.driver, gpu.status
+        );
+        if gpu.skipped > 0 {
+            let _ = writeln!(
+                text,
+                "{} combinations were left out, the last: {}.\n",
+                gpu.skipped, gpu.last_skipped
+            );
+        }
+    }
+}
