@@ -39,6 +39,15 @@ fn error(record: &SpeedAccuracyRecord) -> String {
     format!("{:.2}{margin} %", 100.0 * record.l1_error)
 }
 
+fn blend(record: &SpeedAccuracyRecord) -> String {
+    match (record.beta > 0.0, record.leak_reduction > 0.0) {
+        (false, false) => "lower bound".to_owned(),
+        (true, false) => format!("beta {}", record.beta),
+        (false, true) => format!("leak reduction {}", record.leak_reduction),
+        (true, true) => format!("beta {}, leak reduction {}", record.beta, record.leak_reduction),
+    }
+}
+
 fn alpha(record: &SpeedAccuracyRecord) -> String {
     record.alpha.map_or("-".to_owned(), |alpha| format!("{alpha:e}"))
 }
@@ -47,19 +56,20 @@ fn alpha(record: &SpeedAccuracyRecord) -> String {
 fn front(tables: &SpeedTables, text: &mut String) {
     let _ = writeln!(
         text,
-        "### Nothing is cheaper and more accurate\n\n| technique | format | map | alpha | bias | bits a texel | map memory | operations | cost | error |\n|---|---|--:|--:|---|--:|--:|--:|--:|--:|"
+        "### Nothing is cheaper and more accurate\n\n| technique | format | map | alpha | depth bias | blend | bits a texel | map memory | operations | cost | error |\n|---|---|--:|--:|---|---|--:|--:|--:|--:|--:|"
     );
     for r in tables.front() {
         let memory = f64::from(r.size).powi(2) * r.bits_per_texel as f64 / 8.0 / f64::from(1 << 20);
         let _ = writeln!(
             text,
-            "| {} | {} | {} | {} | {} texels + {} slopes | {} | {memory:.2} MiB | {:.0} | {:.3} | {} |",
+            "| {} | {} | {} | {} | {} texels + {} slopes | {} | {} | {memory:.2} MiB | {:.0} | {:.3} | {} |",
             r.technique,
             r.format,
             r.size,
             alpha(r),
             r.bias_texels,
             r.bias_slopes,
+            blend(r),
             r.bits_per_texel,
             r.operations,
             r.cost,
@@ -70,7 +80,8 @@ fn front(tables: &SpeedTables, text: &mut String) {
         text,
         "\nLower is better everywhere. *Error*: mean |G - F| over all fragments with two standard errors; F is PCF with a \
          receiver plane on the {0}x{0} map. *Cost*: modelled memory traffic and arithmetic of a frame, 1 for the first \
-         technique at full size; it is no time. *Operations*: decoding and shading one fragment.\n",
+         technique at full size; it is no time. *Operations*: decoding and shading one fragment. *Blend*: beta is the \
+         share of the way from the lower to the upper bound, leak reduction p divides shadows by 1 - p.\n",
         tables.full_size()
     );
 }
