@@ -3,6 +3,8 @@
 
 // A panic is how a test or benchmark reports.
 #![allow(clippy::unwrap_used)]
+// The measured errors are for people to read.
+#![allow(clippy::print_stdout)]
 
 #[path = "../adapter/mod.rs"]
 mod adapter;

@@ -111,7 +111,8 @@ impl Surfaces<'_> {
 fn composed(columns: &[RgbaImage], picture: &PictureSetting) -> RgbaImage {
     let [width, height] = picture.output;
     let insets = picture.insets.len() as u32;
-    let side = if insets > 0 { (width - GAP * (insets - 1)) / insets } else { 0 };
+    let gaps = GAP * insets.saturating_sub(1);
+    let side = width.saturating_sub(gaps).checked_div(insets).map_or(0, |side| side.max(1));
     let total =
         (columns.len() as u32 * (width + GAP) - GAP, height + if insets > 0 { GAP + side } else { 0 });
     let mut all = RgbaImage::from_pixel(total.0, total.1, image::Rgba([255; 4]));

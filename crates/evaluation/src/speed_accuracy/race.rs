@@ -208,7 +208,7 @@ impl<'a> Race<'a> {
         } else {
             let rest = if 2.0 * n <= all { 1.0 - (n - 1.0) / all } else { (1.0 - n / all) * (1.0 + 1.0 / n) };
             // 7 / 3 + 3 / sqrt 2
-            const KAPPA: f64 = 4.454_653_676_892_975_5;
+            const KAPPA: f64 = 4.454_653_676_892_976;
             sums.deviation() * (2.0 * rest * self.log_term / n).sqrt() + KAPPA * self.log_term / n
         };
         let (low, high) = ((error - half).max(0.0), (error + half).min(1.0));
