@@ -67,7 +67,7 @@ fn records_depend_neither_on_threads_nor_on_the_run_and_no_run_is_overwritten() 
         let names = |run: &PathBuf| {
             let entries =
                 std::fs::read_dir(run).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
-            let timed = ["samples.csv", "provenance.json", "README.md"];
+            let timed = ["samples.csv", "frames.csv", "provenance.json", "README.md", "time.svg", "gpu.svg"];
             let mut names: Vec<String> = entries.filter(|name| !timed.contains(&name.as_str())).collect();
             names.sort();
             names

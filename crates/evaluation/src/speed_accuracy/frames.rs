@@ -52,7 +52,7 @@ impl Plan<'_> {
     pub(crate) fn frame_times(&self, timing: &FrameTiming) -> FrameTimes {
         let mut gpu = GpuRecord::default();
         let mut samples = Vec::new();
-        gpu.status = match self.timed(timing, &mut gpu, &mut samples) {
+        gpu.status = match self.timed(timing, &mut gpu, &mut samples, &|_| {}) {
             Ok(()) => "timed".to_owned(),
             Err(reason) => reason,
         };
@@ -64,6 +64,7 @@ impl Plan<'_> {
         timing: &FrameTiming,
         gpu: &mut GpuRecord,
         samples: &mut Vec<FrameSample>,
+        before_frames: &dyn Fn(&FrameRenderer),
     ) -> Result<(), String> {
         let adapter = gpu_adapter().map_err(|error| format!("not timed: {error}"))?;
         gpu.adapter = adapter.name.clone();
@@ -94,6 +95,7 @@ impl Plan<'_> {
                 frames: timing.frames,
             };
             for (technique, format, shaders) in self.frame_shaders(&kernel) {
+                before_frames(&renderer);
                 let frame = match renderer.render(&shaders, &settings) {
                     Ok(frame) => frame,
                     // Others may still work, for example where this format cannot be filtered.
@@ -163,5 +165,49 @@ impl SpeedAccuracyExperiment {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::{Experiment, Kind, Scale};
+    use crate::speed_accuracy::DEFAULT_CANDIDATES;
+    use std::cell::Cell;
+    use std::path::Path;
+
+    #[test]
+    fn a_lost_device_ends_the_rows_of_the_gpu_and_nothing_else() {
+        let file = Path::new("speed-accuracy.toml");
+        let read = Experiment::parse(file, DEFAULT_CANDIDATES, Scale::Smoke, None).unwrap();
+        let Kind::SpeedAccuracy(experiment) = read.kind else { panic!("another kind") };
+        let plan = Plan::new(&experiment).unwrap();
+        let timing = FrameTiming {
+            map_size: 64,
+            output: [64, 64],
+            kernel: 3,
+            map_sizes: Vec::new(),
+            outputs: Vec::new(),
+            kernels: Vec::new(),
+            frames: 1,
+            software: true,
+        };
+        let (mut gpu, mut samples) = (GpuRecord::default(), Vec::new());
+        let frames = Cell::new(0);
+        let lose_third = |renderer: &FrameRenderer| {
+            frames.set(frames.get() + 1);
+            if frames.get() == 3 {
+                renderer.lose();
+            }
+        };
+        let stopped = plan.timed(&timing, &mut gpu, &mut samples, &lose_third).unwrap_err();
+        if gpu_adapter().is_err() {
+            assert!(stopped.starts_with("not timed: ") && gpu.adapter.is_empty(), "{stopped}");
+            assert!(samples.is_empty());
+            return;
+        }
+        assert!(stopped.starts_with("stopped: ") && stopped.contains("lost"), "{stopped}");
+        assert_eq!(frames.get(), 3);
+        assert!(samples.iter().all(|sample| sample.technique == experiment.candidate[0].name));
     }
 }
