@@ -3,6 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BufferUsages as Usage, TextureFormat as Format, TextureUsages as Uses};
 
+use super::cover_pass::cleared;
 use super::depth_map;
 use super::device::Gpu;
 use crate::fixed_point::Masks;
@@ -191,21 +192,7 @@ impl TrianglePass {
         encoder: &mut wgpu::CommandEncoder,
         timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) {
-        let colours: Vec<_> = self
-            .colours
-            .iter()
-            .map(|view| {
-                Some(wgpu::RenderPassColorAttachment {
-                    view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })
-            })
-            .collect();
+        let colours = cleared(&self.colours);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &colours,
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {

@@ -8,8 +8,11 @@ use std::time::Duration;
 
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
+use super::cover_pass::CoverPass;
 use super::device::{Gpu, Scopes, open};
+use super::filter_chain::Chain;
 use super::frame_geometry::{Geometry, Targets};
+use super::pass_timer::Timer;
 use crate::light_frame::{check_size, normalize};
 use crate::{AdapterName, LightFrame, RenderError, Scene};
 
@@ -109,9 +112,6 @@ const WANTED: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM)
     .union(wgpu::Features::FLOAT32_FILTERABLE)
     .union(wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES);
-
-/// Most passes of a frame.
-const PASSES: u32 = 7;
 
 impl FrameRenderer {
     /// Opens a device of its own and uploads a scene, lit along `direction`.
@@ -274,172 +274,6 @@ fn light_uniform(light: &LightFrame, towards: [f64; 3], settings: &FrameSettings
     ]
 }
 
-/// A pass that covers its targets.
-pub(super) struct CoverPass {
-    pipeline: wgpu::RenderPipeline,
-    bindings: wgpu::BindGroup,
-    targets: Vec<wgpu::TextureView>,
-}
-
-impl CoverPass {
-    fn new(
-        gpu: &Gpu,
-        module: &wgpu::ShaderModule,
-        entry: &str,
-        resources: &[(u32, wgpu::BindingResource<'_>)],
-        targets: &[(Format, wgpu::TextureView)],
-    ) -> Self {
-        let states: Vec<_> = targets
-            .iter()
-            .map(|&(format, _)| {
-                Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
-            })
-            .collect();
-        let pipeline = gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(entry),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module,
-                entry_point: Some("cover"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                targets: &states,
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        let bindings = super::depth_map::bind(gpu, &pipeline.get_bind_group_layout(0), resources);
-        Self { pipeline, bindings, targets: targets.iter().map(|(_, view)| view.clone()).collect() }
-    }
-
-    fn draw(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
-    ) {
-        let attachments: Vec<_> = self
-            .targets
-            .iter()
-            .map(|view| {
-                Some(wgpu::RenderPassColorAttachment {
-                    view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })
-            })
-            .collect();
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &attachments,
-            timestamp_writes,
-            ..Default::default()
-        });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &self.bindings, &[]);
-        pass.draw(0..3, 0..1);
-    }
-}
-
-/// From samples of depth to the filtered map with its mip levels.
-struct Chain {
-    resolve: CoverPass,
-    rows: CoverPass,
-    columns: CoverPass,
-    levels: Vec<CoverPass>,
-    /// The filtered maps, with all levels.
-    maps: Vec<wgpu::Texture>,
-}
-
-impl Chain {
-    fn new(
-        gpu: &Gpu,
-        [resolve, filter, halve]: [&str; 3],
-        formats: &[Format],
-        settings: &FrameSettings,
-        depths: &wgpu::TextureView,
-    ) -> Result<Self, RenderError> {
-        for &format in formats {
-            let offered = gpu.adapter.get_texture_format_features(format);
-            let filterable = offered.flags.contains(wgpu::TextureFormatFeatureFlags::FILTERABLE)
-                && offered.allowed_usages.contains(Uses::RENDER_ATTACHMENT)
-                && gpu.device.features().contains(format.required_features());
-            if !filterable {
-                return Err(RenderError::Gpu(format!("the adapter cannot filter textures of {format:?}")));
-            }
-        }
-        let side = settings.map_size;
-        let levels = if settings.mip_maps { side.ilog2() + 1 } else { 1 };
-        let textures = |levels: u32| -> Vec<wgpu::Texture> {
-            let usage = Uses::RENDER_ATTACHMENT | Uses::TEXTURE_BINDING | Uses::COPY_SRC;
-            formats.iter().map(|&format| gpu.texture(format, (side, side), levels, usage)).collect()
-        };
-        let (maps, between) = (textures(levels), textures(1));
-        let level = |textures: &[wgpu::Texture], level: u32| -> Vec<wgpu::TextureView> {
-            let view = wgpu::TextureViewDescriptor {
-                base_mip_level: level,
-                mip_level_count: Some(1),
-                ..Default::default()
-            };
-            textures.iter().map(|texture| texture.create_view(&view)).collect()
-        };
-        let targets = |views: &[wgpu::TextureView]| -> Vec<(Format, wgpu::TextureView)> {
-            formats.iter().copied().zip(views.iter().cloned()).collect()
-        };
-        let module = |source: &str| gpu.shader(source);
-        let (resolve, filter, halve) = (module(resolve), module(filter), module(halve));
-        let first = level(&maps, 0);
-        let other = level(&between, 0);
-        let read = |views: &[wgpu::TextureView],
-                    shader: &wgpu::ShaderModule,
-                    entry: &str,
-                    to: &[(Format, wgpu::TextureView)]| {
-            let resources: Vec<_> =
-                (0..).zip(views).map(|(i, v)| (i, wgpu::BindingResource::TextureView(v))).collect();
-            CoverPass::new(gpu, shader, entry, &resources, to)
-        };
-        let depth_binding = [(3, wgpu::BindingResource::TextureView(depths))];
-        Ok(Self {
-            resolve: CoverPass::new(gpu, &resolve, "resolve", &depth_binding, &targets(&first)),
-            rows: read(&first, &filter, "along_rows", &targets(&other)),
-            columns: read(&other, &filter, "along_columns", &targets(&first)),
-            levels: (1..levels)
-                .map(|l| read(&level(&maps, l - 1), &halve, "halve", &targets(&level(&maps, l))))
-                .collect(),
-            maps,
-        })
-    }
-
-    /// Level 0, channel by channel, for single floats.
-    fn filtered(&self, gpu: &Gpu) -> Result<Option<Vec<f32>>, RenderError> {
-        let mut all: Vec<(usize, Vec<f32>)> = Vec::new();
-        for map in &self.maps {
-            let channels = match map.format() {
-                Format::R32Float => 1,
-                Format::Rg32Float => 2,
-                Format::Rgba32Float => 4,
-                _ => return Ok(None),
-            };
-            let bytes = gpu.read_texture(map, 4 * channels as u32)?;
-            all.push((channels, bytemuck::pod_collect_to_vec(&bytes)));
-        }
-        let texels = all.first().map_or(0, |(channels, values)| values.len() / channels);
-        let texel =
-            |t: usize| all.iter().flat_map(move |(c, values)| values[t * c..(t + 1) * c].iter().copied());
-        Ok(Some((0..texels).flat_map(texel).collect()))
-    }
-}
-
 struct Shading {
     pass: CoverPass,
     colour: wgpu::Texture,
@@ -491,57 +325,5 @@ impl Shading {
         ];
         let pass = CoverPass::new(gpu, &gpu.shader(shade), "pixel", &resources, &to);
         Self { pass, colour, shadow }
-    }
-}
-
-/// Timestamps at the beginning and end of each pass.
-struct Timer {
-    queries: wgpu::QuerySet,
-    resolved: wgpu::Buffer,
-    nanoseconds: f64,
-}
-
-impl Timer {
-    fn new(gpu: &Gpu) -> Option<Self> {
-        if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
-            return None;
-        }
-        let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-            label: Some("passes"),
-            ty: wgpu::QueryType::Timestamp,
-            count: 2 * PASSES,
-        });
-        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
-        let resolved = gpu.buffer("timestamps", u64::from(2 * PASSES) * 8, usage);
-        Some(Self { queries, resolved, nanoseconds: f64::from(gpu.queue.get_timestamp_period()) })
-    }
-
-    fn writes(&self, pass: u32) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites {
-            query_set: &self.queries,
-            beginning_of_pass_write_index: Some(2 * pass),
-            end_of_pass_write_index: Some(2 * pass + 1),
-        }
-    }
-
-    fn begin_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..writes }
-    }
-
-    fn end_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..writes }
-    }
-
-    fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.resolve_query_set(&self.queries, 0..2 * PASSES, &self.resolved, 0);
-    }
-
-    fn read(&self, gpu: &Gpu, passes: usize) -> Result<Vec<Duration>, RenderError> {
-        let stamps: Vec<u64> = gpu.read(&self.resolved, 0, u64::from(2 * PASSES) * 8)?;
-        let time = |pass: usize| {
-            let ticks = stamps[2 * pass + 1].saturating_sub(stamps[2 * pass]);
-            Duration::from_nanos((ticks as f64 * self.nanoseconds) as u64)
-        };
-        Ok((0..passes).map(time).collect())
     }
 }

@@ -1,10 +1,13 @@
 //! The GPU backend through wgpu: an A-buffer in compute shaders, fed with the same prepared triangles as the CPU.
 
 mod abuffer;
+mod cover_pass;
 mod depth_map;
 mod device;
+mod filter_chain;
 mod frame_geometry;
 mod frame_renderer;
+mod pass_timer;
 mod work_items;
 
 pub(crate) use abuffer::{ChunkSizes, extract};

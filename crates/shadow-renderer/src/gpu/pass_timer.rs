@@ -1,0 +1,61 @@
+//! GPU timestamps around passes.
+
+use std::time::Duration;
+
+use super::device::Gpu;
+use crate::RenderError;
+
+/// Most passes of a frame.
+const PASSES: u32 = 7;
+
+/// Timestamps at the beginning and end of each pass.
+pub(super) struct Timer {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    nanoseconds: f64,
+}
+
+impl Timer {
+    pub fn new(gpu: &Gpu) -> Option<Self> {
+        if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return None;
+        }
+        let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("passes"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2 * PASSES,
+        });
+        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let resolved = gpu.buffer("timestamps", u64::from(2 * PASSES) * 8, usage);
+        Some(Self { queries, resolved, nanoseconds: f64::from(gpu.queue.get_timestamp_period()) })
+    }
+
+    pub fn writes(&self, pass: u32) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
+    pub fn begin_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..writes }
+    }
+
+    pub fn end_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..writes }
+    }
+
+    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2 * PASSES, &self.resolved, 0);
+    }
+
+    pub fn read(&self, gpu: &Gpu, passes: usize) -> Result<Vec<Duration>, RenderError> {
+        let stamps: Vec<u64> = gpu.read(&self.resolved, 0, u64::from(2 * PASSES) * 8)?;
+        let time = |pass: usize| {
+            let ticks = stamps[2 * pass + 1].saturating_sub(stamps[2 * pass]);
+            Duration::from_nanos((ticks as f64 * self.nanoseconds) as u64)
+        };
+        Ok((0..passes).map(time).collect())
+    }
+}
