@@ -137,6 +137,28 @@ fn the_answer_does_not_depend_on_threads() {
 }
 
 #[test]
+fn a_stack_is_judged_at_its_own_size() {
+    let directory = tempfile::tempdir().unwrap();
+    let out = directory.path().to_str().unwrap();
+    let rendered =
+        msm(&["render", "stairs", "--view", "oblique", "--size", "96", "--backend", "cpu", "--out", out]);
+    assert!(rendered.status.success());
+    let stack = directory.path().join("stairs-oblique.stack.npz");
+    let stack = stack.to_str().unwrap();
+    let output = msm(&["advise", stack, "--tolerance", "0.3", "--format", "json"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let advice: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(
+        (advice["reference_size"].as_u64(), advice["recommendation"]["size"].as_u64()),
+        (Some(96), Some(96))
+    );
+    let output = msm(&["advise", stack, "--size", "128"]);
+    assert_eq!(output.status.code(), Some(2));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(message.contains("96x96") && message.contains("128"), "{message}");
+}
+
+#[test]
 fn impossible_questions_are_answered_on_one_line() {
     let small = ["--size", "128", "--view", "oblique"];
     for (arguments, named) in [

@@ -109,6 +109,18 @@ impl LoadedScene<'_> {
 }
 
 impl LoadedScene<'_> {
+    /// Width of the map where the scene is a stack, which has no other size.
+    pub(crate) fn own_size(label: &str) -> Result<Option<u32>, EvaluationError> {
+        if !is_stack(label) {
+            return Ok(None);
+        }
+        match Source::load(label) {
+            Ok((Source::Stack(stack), _)) => Ok(Some(stack.width)),
+            Ok(_) => Ok(None),
+            Err(reason) => Err(EvaluationError::Value(format!("scene `{label}`: {reason}"))),
+        }
+    }
+
     /// The shadow map of the same frame with the side divided; `None` for a stack, whose scene is unknown.
     pub(crate) fn divided_map(
         &self,
@@ -135,6 +147,10 @@ impl LoadedScene<'_> {
     }
 }
 
+fn is_stack(label: &str) -> bool {
+    Path::new(label).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
+}
+
 fn depth_map(stack: &ShadowMapStack) -> Result<DepthMap, FilteringError> {
     let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
     DepthMap::new(stack.width as usize, stack.height as usize, depths)
@@ -144,7 +160,7 @@ impl Source {
     /// Reads a procedural scene, a scene file or a stack, with its views.
     fn load(label: &str) -> Result<(Self, Vec<LightView>), String> {
         let path = Path::new(label);
-        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz")) {
+        if is_stack(label) {
             let stack = ShadowMapStack::load(path).map_err(|error| error.to_string())?;
             // A stack's depth grows along its own axis.
             let view = LightView { name: "stack".to_owned(), direction: [0.0, 0.0, 1.0] };

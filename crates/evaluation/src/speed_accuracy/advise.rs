@@ -7,6 +7,7 @@ use super::scenery::{Plan, Variant};
 use super::settings::SpeedAccuracyExperiment;
 use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Kind, Scale};
+use crate::filterable::view::LoadedScene;
 use crate::run::{Progress, pool};
 use serde::Serialize;
 use std::path::Path;
@@ -199,7 +200,8 @@ fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, Ev
     };
     experiment.scenes = vec![options.scene.to_owned()];
     experiment.views = options.views.to_vec();
-    if let Some(size) = options.size {
+    let own = LoadedScene::own_size(options.scene)?;
+    if let Some(size) = options.size.or(own) {
         experiment.size = size;
         experiment.divisors.retain(|divisor| size.is_multiple_of(*divisor));
     }

@@ -60,6 +60,14 @@ impl<'a> Plan<'a> {
         for scene in &scenes {
             for light in &scene.lights {
                 let lit = scene.lit(light, experiment.size, &self.kernel)?;
+                let (width, height, size) = (lit.map.width(), lit.map.height(), experiment.size as usize);
+                if (width, height) != (size, size) {
+                    let reason = format!(
+                        "scene `{}`: its map has {width}x{height} texels, where size = {size} needs {size}x{size}",
+                        scene.label
+                    );
+                    return Err(EvaluationError::Key { key: "size".to_owned(), reason });
+                }
                 let maps = experiment.divisors.iter().map(|&divisor| match divisor {
                     1 => Ok(Some(lit.map.clone())),
                     _ => scene.divided_map(light, experiment.size, divisor),
