@@ -180,6 +180,30 @@ fn mistakes_in_stability_methods_name_line_and_value() {
 }
 
 #[test]
+fn mistakes_in_candidates_name_line_and_value() {
+    let folder = directory("speed");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/speed-accuracy.toml");
+    let text = std::fs::read_to_string(path).unwrap();
+    let cases = [
+        ("format = \"f16\"", "format = \"unorm16\"", "cannot hold exponential warps"),
+        ("exponent = 11.0", "exponent = 12.0", "12"),
+        ("transform = \"GDC16 four moments\"", "transform = \"MSM15 theta_4\"", "MSM15 theta_4"),
+        ("alphas = [5e-7, 5e-6]", "alphas = [1.5]", "alpha = 1.5"),
+        ("{ kind = \"vsm\" }\n", "{ kind = \"vsm\" }\nalphas = [1e-5]\n", "no moment bias"),
+        ("divisors = [1, 2, 4]", "divisors = [3]", "divisors[0] = 3"),
+        ("{ leak_reduction = 0.3 }", "{ leak_reduction = 1.0 }", "leak_reduction = 1"),
+        ("\"VSM, f32\"", "\"VSM, f64\"", "VSM, f64"),
+        ("kernels = [5, 17, 33]", "kernels = [4]", "kernel size 4"),
+        ("gap_tolerances = [0.1, 0.02, 0.004]", "gap_tolerances = [0.0]", "tolerance 0"),
+        ("insets = [[112", "insets = [[470", "inset [470"),
+    ];
+    refused(&folder, &text, &cases);
+    let message =
+        String::from_utf8(msm(&["run", folder.join("case-1.toml").to_str().unwrap()]).stderr).unwrap();
+    assert!(message.contains("line "), "{message}");
+}
+
+#[test]
 fn the_worst_inputs_are_commands_that_print_their_exact_bound() {
     let stability = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/stability.toml");
     let run = smoke(&stability, &directory("worst"), &[]);

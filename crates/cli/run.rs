@@ -44,9 +44,11 @@ pub struct Arguments {
     output: Output,
 }
 
+/// How much of an experiment.
 #[derive(Clone, Copy, ValueEnum)]
-enum ScaleName {
+pub enum ScaleName {
     Smoke,
+    Brief,
     Quick,
     Paper,
 }
@@ -55,6 +57,7 @@ impl From<ScaleName> for Scale {
     fn from(name: ScaleName) -> Self {
         match name {
             ScaleName::Smoke => Self::Smoke,
+            ScaleName::Brief => Self::Brief,
             ScaleName::Quick => Self::Quick,
             ScaleName::Paper => Self::Paper,
         }
@@ -140,7 +143,8 @@ pub fn failure(error: EvaluationError) -> Failure {
     if error.is_input() { Failure::Input(error.into()) } else { Failure::Failed(error.into()) }
 }
 
-fn build() -> Build {
+/// What this binary is built from.
+pub fn build() -> Build {
     Build {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         commit: env!("MSM_COMMIT").to_owned(),
@@ -150,7 +154,7 @@ fn build() -> Build {
 }
 
 /// The command as it would be typed, without the path of the binary.
-fn command_line() -> String {
+pub fn command_line() -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
     let words = std::env::args_os().skip(1).map(|word| {
         let word = word.to_string_lossy().into_owned();

@@ -19,6 +19,8 @@ use toml::{Table, Value};
 pub enum Scale {
     /// Seconds: does everything still work?
     Smoke,
+    /// All experiments together in some ten minutes on two cores; what `[scale.brief]` does not say is as for quick.
+    Brief,
     /// Minutes on two cores: do the results still hold?
     #[default]
     Quick,
@@ -28,13 +30,24 @@ pub enum Scale {
 
 impl Scale {
     /// All scales, ascending.
-    pub const ALL: [Self; 3] = [Self::Smoke, Self::Quick, Self::Paper];
+    pub const ALL: [Self; 4] = [Self::Smoke, Self::Brief, Self::Quick, Self::Paper];
+
+    /// The tables of a file that may hold its overrides; the first that is there counts.
+    pub(crate) fn tables(self) -> &'static [&'static str] {
+        match self {
+            Self::Smoke => &["smoke"],
+            Self::Brief => &["brief", "quick"],
+            Self::Quick => &["quick"],
+            Self::Paper => &["paper"],
+        }
+    }
 }
 
 impl fmt::Display for Scale {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Smoke => "smoke",
+            Self::Brief => "brief",
             Self::Quick => "quick",
             Self::Paper => "paper",
         })
@@ -135,7 +148,7 @@ impl Experiment {
         let fail = |reason: String| EvaluationError::Input { path: path.to_owned(), reason };
         let source = source.to_owned();
         let mut table: Table = toml::from_str(&source).map_err(|error| fail(located(&source, &error)))?;
-        let mut overrides = match table.remove("scale") {
+        let overrides = match table.remove("scale") {
             None => Table::new(),
             Some(Value::Table(scales)) => scales,
             Some(other) => return Err(fail(format!("scale = {other} is not a table"))),
@@ -143,9 +156,9 @@ impl Experiment {
         let mut resolved = None;
         for candidate in Scale::ALL {
             let mut merged = table.clone();
-            match overrides.remove(&candidate.to_string()) {
+            match candidate.tables().iter().find_map(|name| overrides.get(*name)) {
                 None => {}
-                Some(Value::Table(changes)) => merge(&mut merged, changes),
+                Some(Value::Table(changes)) => merge(&mut merged, changes.clone()),
                 Some(other) => return Err(fail(format!("scale.{candidate} = {other} is not a table"))),
             }
             if let Some(seed) = seed {
@@ -159,8 +172,9 @@ impl Experiment {
                 resolved = Some((merged, kind));
             }
         }
-        if let Some(unknown) = overrides.keys().next() {
-            return Err(fail(format!("unknown scale `{unknown}` (known: smoke, quick, paper)")));
+        let known = |name: &String| Scale::ALL.iter().any(|scale| scale.to_string() == *name);
+        if let Some(unknown) = overrides.keys().find(|name| !known(name)) {
+            return Err(fail(format!("unknown scale `{unknown}` (known: smoke, brief, quick, paper)")));
         }
         let Some((resolved, kind)) = resolved else { return Err(fail(format!("scale {scale} is missing"))) };
         let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();

@@ -6,6 +6,7 @@ use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Scale};
 use crate::filterable::FilterableExperiment;
 use crate::quantization::QuantizationExperiment;
+use crate::speed_accuracy::SpeedAccuracyExperiment;
 use crate::stability::StabilityExperiment;
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
@@ -19,6 +20,9 @@ pub(crate) fn of_mistake(source: &str, scale: Scale) -> Option<usize> {
     match kind.as_str() {
         "filterable" => mistake::<FilterableExperiment>(source, &table, FilterableExperiment::check),
         "quantization" => mistake::<QuantizationExperiment>(source, &table, QuantizationExperiment::check),
+        "speed-accuracy" => {
+            mistake::<SpeedAccuracyExperiment>(source, &table, SpeedAccuracyExperiment::check)
+        }
         "stability" => mistake::<StabilityExperiment>(source, &table, StabilityExperiment::check),
         _ => None,
     }
@@ -70,7 +74,7 @@ fn merged(source: &str, scale: Scale) -> Option<(String, DeTable<'_>)> {
     let mut table = DeTable::parse(source).ok()?.into_inner();
     if let Some(DeValue::Table(mut scales)) = table.remove("scale").map(Spanned::into_inner)
         && let Some(DeValue::Table(changes)) =
-            scales.remove(scale.to_string().as_str()).map(Spanned::into_inner)
+            scale.tables().iter().find_map(|name| scales.remove(*name)).map(Spanned::into_inner)
     {
         merge(&mut table, changes);
     }
