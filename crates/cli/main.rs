@@ -8,6 +8,7 @@ mod progress;
 mod quantize;
 mod render;
 mod report;
+mod reproduce;
 mod run;
 mod staging;
 
@@ -32,6 +33,7 @@ enum Verb {
     Render(render::Arguments),
     Run(run::Arguments),
     Report(report::Arguments),
+    Reproduce(reproduce::Arguments),
 }
 
 impl Verb {
@@ -43,6 +45,7 @@ impl Verb {
             Self::Render(arguments) => render::execute(arguments),
             Self::Run(arguments) => run::execute(arguments),
             Self::Report(arguments) => report::execute(arguments),
+            Self::Reproduce(arguments) => reproduce::execute(arguments),
         }
     }
 }

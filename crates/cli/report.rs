@@ -3,7 +3,7 @@
 use crate::outcome::{Failure, Output};
 use crate::run::failure;
 use ::report::ReportError;
-use evaluation::RunDirectory;
+use evaluation::{RunDirectory, write_whole};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -13,6 +13,9 @@ pub struct Arguments {
     /// Directories that `msm run` wrote.
     #[arg(required = true, value_name = "RUN_DIR")]
     runs: Vec<PathBuf>,
+    /// One page about all of them, self-contained.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
 }
@@ -25,6 +28,7 @@ struct Answer {
 /// Reads, draws, writes.
 pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let mut answer = Answer { written: Vec::new() };
+    let mut runs = Vec::new();
     for path in &arguments.runs {
         let run = RunDirectory::open(path).map_err(failure)?;
         let files = ::report::write(&run).map_err(|error| match error {
@@ -32,6 +36,12 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             other => Failure::Failed(other.into()),
         })?;
         answer.written.extend(files.iter().map(|file| run.path().join(&file.name).display().to_string()));
+        runs.push(run);
+    }
+    if let Some(path) = &arguments.html {
+        let page = ::report::html(&runs).map_err(anyhow::Error::from)?;
+        write_whole(path, page.as_bytes()).map_err(failure)?;
+        answer.written.push(path.display().to_string());
     }
     arguments.output.emit(&answer, |out| answer.written.iter().try_for_each(|file| writeln!(out, "{file}")))
 }

@@ -230,6 +230,16 @@ impl Experiment {
         Ok(self)
     }
 
+    /// Whether it evaluates scenes.
+    pub fn has_scenes(&self) -> bool {
+        !matches!(self.kind, Kind::Bounds(_))
+    }
+
+    /// Whether a run that was interrupted can go on where it stopped.
+    pub fn can_resume(&self) -> bool {
+        matches!(self.kind, Kind::Search(_))
+    }
+
     /// Scenes that the experiment reads, for their hashes.
     pub(crate) fn scenes(&self) -> &[String] {
         match &self.kind {

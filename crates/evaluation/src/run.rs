@@ -8,7 +8,7 @@ use crate::search::{CHECKPOINT, Prediction, SearchContext, Shard};
 use rayon::ThreadPoolBuilder;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::{Instant, SystemTime};
+use std::time::{Duration, Instant, SystemTime};
 
 /// Called with trials done and trials in all, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
@@ -141,6 +141,30 @@ impl Experiment {
         // Everything in it is in the records.
         directory.remove(CHECKPOINT);
         Ok(Run { directory, trials: recorded.trials, failed: recorded.failed, complete: true })
+    }
+
+    /// The newest complete run of this very experiment at a scale by this very program, under `results`. `since` is when the
+    /// program was built: sources with uncommitted changes do not tell one build from another.
+    pub fn finished(
+        &self,
+        results: &Path,
+        scale: Scale,
+        (build, since): (&Build, SystemTime),
+    ) -> Option<RunDirectory> {
+        let entries = std::fs::read_dir(results.join(&self.name)).ok()?;
+        let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        paths.sort();
+        let resolved = self.resolved.to_string();
+        paths.into_iter().rev().find_map(|path| {
+            let run = RunDirectory::open(&path).ok()?;
+            let provenance = run.provenance().ok()?;
+            let started = humantime::parse_rfc3339(&provenance.started).ok()?;
+            let same = provenance.build == *build
+                && started + Duration::from_secs(1) > since
+                && provenance.scale == scale.to_string()
+                && run.text("experiment.toml").ok()? == resolved;
+            same.then_some(run)
+        })
     }
 
     /// What a search will cost, measured on some of its candidates.

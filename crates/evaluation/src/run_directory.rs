@@ -117,6 +117,17 @@ impl RunDirectory {
         rows.map_err(|error| EvaluationError::Input { path, reason: error.to_string() })
     }
 
+    /// A file of it.
+    pub fn bytes(&self, name: &str) -> Result<Vec<u8>, EvaluationError> {
+        self.read(name).map(|(_, bytes)| bytes)
+    }
+
+    /// A text file of it.
+    pub fn text(&self, name: &str) -> Result<String, EvaluationError> {
+        let (path, bytes) = self.read(name)?;
+        String::from_utf8(bytes).map_err(|error| EvaluationError::Input { path, reason: error.to_string() })
+    }
+
     fn read(&self, name: &str) -> Result<(PathBuf, Vec<u8>), EvaluationError> {
         let path = self.path.join(name);
         match std::fs::read(&path) {

@@ -10,6 +10,7 @@ mod filterable_figures;
 mod filterable_order;
 mod filterable_summary;
 mod filterable_tables;
+mod html;
 mod quantization_figures;
 mod quantization_summary;
 mod quantization_tables;
@@ -28,4 +29,5 @@ mod stability_tables;
 
 pub use bound_chart::{BoundChart, BoundCurve};
 pub use error::ReportError;
+pub use html::html;
 pub use run_report::{files, write};

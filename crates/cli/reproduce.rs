@@ -1,0 +1,237 @@
+//! `msm reproduce`: every experiment, one after another, and one page about all of them.
+
+use crate::outcome::{Failure, Output};
+use crate::progress::Bar;
+use crate::run::{ScaleName, build, command_line, failure};
+use anyhow::{Context, anyhow};
+use evaluation::{Experiment, RunDirectory, RunOptions, Scale, write_whole};
+use serde::Serialize;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Instant, SystemTime};
+
+/// Run all experiments and write a report. A command that was interrupted goes on where it stopped.
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// How much of each: brief takes about ten minutes on two cores, smoke one, quick half an hour, paper days.
+    #[arg(long, value_enum, default_value = "brief")]
+    scale: ScaleName,
+    /// Scene in place of the procedural ones: a procedural name, a .glb, .gltf or .obj file, or a stack; repeatable.
+    #[arg(long = "scene", value_name = "FILE")]
+    scenes: Vec<String>,
+    /// Where the experiments are.
+    #[arg(long, value_name = "DIR", default_value = "experiments")]
+    experiments: PathBuf,
+    /// Where EXPERIMENT/RUN/ and the report are written.
+    #[arg(long, value_name = "DIR", default_value = "target/reproduced")]
+    out: PathBuf,
+    /// Worker threads; without this one per logical core. The records do not depend on it.
+    #[arg(long)]
+    threads: Option<usize>,
+    #[command(flatten)]
+    output: Output,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    scale: Scale,
+    seconds: f64,
+    report: String,
+    experiments: Vec<Reproduced>,
+}
+
+#[derive(Serialize)]
+struct Reproduced {
+    experiment: String,
+    directory: String,
+    /// Whether an earlier call had finished it.
+    was_there: bool,
+    trials: Option<usize>,
+    failed: Option<usize>,
+    seconds: f64,
+    answer: String,
+}
+
+/// Seconds of each experiment at scale brief on two cores, for what is left to wait; others count as a minute.
+const SECONDS: [(&str, f64); 8] = [
+    ("bounds", 5.0),
+    ("depth-bias", 10.0),
+    ("lp-agreement", 20.0),
+    ("filterable", 50.0),
+    ("speed-accuracy", 90.0),
+    ("quantization", 90.0),
+    ("stability", 60.0),
+    ("candidate-search", 120.0),
+];
+
+fn expected(name: &str) -> f64 {
+    SECONDS.iter().find(|(known, _)| *known == name).map_or(60.0, |(_, seconds)| *seconds)
+}
+
+/// Runs what has not been run, then reports.
+pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let scale = Scale::from(arguments.scale);
+    let begin = Instant::now();
+    let experiments = experiments(arguments, scale)?;
+    let built = built();
+    let whole: f64 = experiments.iter().map(|(experiment, _)| expected(&experiment.name)).sum();
+    let mut before = 0.0;
+    // What the machine takes for a second of the table, once there is something to go by.
+    let mut pace = 1.0;
+    let mut worked = (0.0, 0.0);
+    let mut done: Vec<(Reproduced, RunDirectory)> = Vec::new();
+    for (number, (experiment, has_scenes)) in experiments.iter().enumerate() {
+        let place = format!("[{}/{}] {}", number + 1, experiments.len(), experiment.name);
+        let start = Instant::now();
+        let found = experiment.finished(&arguments.out, scale, (&build(), built));
+        let was_there = found.is_some();
+        let (directory, trials, failed) = match found {
+            Some(directory) => {
+                say(&format!("{place}: finished before"));
+                (directory, None, None)
+            }
+            None => {
+                let left = pace * (whole - before);
+                say(&format!("{place}: running, about {} left for all", duration(left)));
+                let run = run(arguments, experiment, scale)?;
+                (run.directory, Some(run.trials), Some(run.failed))
+            }
+        };
+        before += expected(&experiment.name);
+        let seconds = start.elapsed().as_secs_f64();
+        if !was_there {
+            worked = (worked.0 + seconds, worked.1 + expected(&experiment.name));
+            pace = worked.0 / worked.1;
+        }
+        let page = ::report::write(&directory).map_err(anyhow::Error::from)?;
+        let answer =
+            page.iter().find(|file| file.name == "README.md").map(|file| first_sentence(&file.bytes));
+        let reproduced = Reproduced {
+            experiment: experiment.name.clone(),
+            directory: directory.path().display().to_string(),
+            was_there,
+            trials,
+            failed,
+            seconds,
+            answer: if *has_scenes || arguments.scenes.is_empty() {
+                answer.unwrap_or_default()
+            } else {
+                format!("(needs no scene) {}", answer.unwrap_or_default())
+            },
+        };
+        done.push((reproduced, directory));
+    }
+    let report = arguments.out.join("README.md");
+    let (reproduced, directories): (Vec<Reproduced>, Vec<RunDirectory>) = done.into_iter().unzip();
+    write_whole(&report, index(scale, &arguments.out, &reproduced).as_bytes()).map_err(failure)?;
+    let html = arguments.out.join("report.html");
+    let page = ::report::html(&directories).map_err(anyhow::Error::from)?;
+    write_whole(&html, page.as_bytes()).map_err(failure)?;
+    let answer = Answer {
+        scale,
+        seconds: begin.elapsed().as_secs_f64(),
+        report: html.display().to_string(),
+        experiments: reproduced,
+    };
+    arguments.output.emit(&answer, |out| {
+        for of in &answer.experiments {
+            writeln!(out, "{}: {}", of.experiment, of.answer)?;
+        }
+        writeln!(out, "\nreport: {} ({} at scale {scale})", answer.report, duration(answer.seconds))
+    })
+}
+
+/// All experiments of the folder, with the scenes that were asked for, the shortest first.
+fn experiments(arguments: &Arguments, scale: Scale) -> Result<Vec<(Experiment, bool)>, Failure> {
+    let folder = &arguments.experiments;
+    let missing = |reason: String| Failure::Input(anyhow!("{}: {reason}", folder.display()));
+    let entries = std::fs::read_dir(folder).map_err(|error| missing(error.to_string()))?;
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in entries {
+        let path = entry.context("reading the folder of experiments")?.path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            files.push(path);
+        }
+    }
+    if files.is_empty() {
+        return Err(missing("holds no experiment (.toml)".to_owned()));
+    }
+    let mut experiments = Vec::new();
+    for file in files {
+        let experiment = Experiment::read(&file, scale, None).map_err(failure)?;
+        let has_scenes = experiment.has_scenes();
+        let experiment =
+            if has_scenes { experiment.with_scenes(&arguments.scenes).map_err(failure)? } else { experiment };
+        experiments.push((experiment, has_scenes));
+    }
+    experiments.sort_by(|(a, _), (b, _)| {
+        expected(&a.name).total_cmp(&expected(&b.name)).then_with(|| a.name.cmp(&b.name))
+    });
+    Ok(experiments)
+}
+
+fn run(arguments: &Arguments, experiment: &Experiment, scale: Scale) -> Result<evaluation::Run, Failure> {
+    let bar = Bar::new("trials");
+    let progress = |done: usize, total: usize| bar.set(done, total);
+    let options = RunOptions {
+        results: &arguments.out,
+        scale,
+        threads: arguments.threads,
+        // A search keeps what it has found; the others begin anew.
+        resume: experiment.can_resume(),
+        shard: None,
+        merge: &[],
+        build: build(),
+        command: command_line(),
+        progress: &progress,
+    };
+    let run = experiment.run(&options).map_err(failure)?;
+    bar.finish();
+    Ok(run)
+}
+
+/// When this program was built; where that is unknown, nothing counts as run by it.
+fn built() -> SystemTime {
+    let modified = std::env::current_exe().and_then(std::fs::metadata).and_then(|data| data.modified());
+    modified.unwrap_or_else(|_| SystemTime::now())
+}
+
+/// On a terminal only, as all progress.
+fn say(line: &str) {
+    if std::io::stderr().is_terminal() {
+        // A closed standard error is no reason to stop.
+        let _ = writeln!(std::io::stderr().lock(), "{line}");
+    }
+}
+
+fn duration(seconds: f64) -> String {
+    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
+}
+
+/// The first sentence of a page's answer, of a line's length.
+fn first_sentence(page: &[u8]) -> String {
+    /// Characters that fit a terminal of 80 columns twice.
+    const LENGTH: usize = 150;
+    let text = String::from_utf8_lossy(page);
+    let answer = text.lines().find_map(|line| line.strip_prefix("**Answer.** ")).unwrap_or_default();
+    let end = answer.find(". ").map_or(answer.len(), |end| end + 1);
+    let sentence: String = answer[..end].chars().take(LENGTH).collect();
+    if sentence.len() < end { format!("{} ...", sentence.trim_end()) } else { sentence }
+}
+
+fn index(scale: Scale, root: &Path, reproduced: &[Reproduced]) -> String {
+    let mut text = format!(
+        "<!-- Written by `msm reproduce`. -->\n# All experiments at scale {scale}\n\n| experiment | answer | seconds |\n|---|---|--:|\n"
+    );
+    for of in reproduced {
+        let directory = Path::new(&of.directory);
+        let link = directory.strip_prefix(root).unwrap_or(directory).display();
+        let seconds = if of.was_there { "-".to_owned() } else { format!("{:.0}", of.seconds) };
+        text += &format!(
+            "| [{}]({link}/README.md) | {} | {seconds} |\n",
+            of.experiment,
+            of.answer.replace('|', "\\|")
+        );
+    }
+    text
+}
