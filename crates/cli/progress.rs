@@ -17,7 +17,7 @@ pub struct Bar {
 impl Bar {
     /// A bar that is not shown yet.
     pub fn new(what: &'static str) -> Self {
-        let style = ProgressStyle::with_template("{msg} [{bar:40}] {pos}/{len} ({per_sec}, {eta} left)");
+        let style = ProgressStyle::with_template("{msg} [{wide_bar}] {pos}/{len} ({eta} left)");
         let bar = ProgressBar::new(0).with_message(what);
         bar.set_draw_target(ProgressDrawTarget::hidden());
         Self {

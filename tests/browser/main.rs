@@ -1,0 +1,141 @@
+//! The report in a real browser: filters, points, tables and pictures are used, and nothing is complained about.
+//!
+//! A copy of the report gets one more script, which does what a reader would and leaves what it saw in the page; headless
+//! Chromium prints the page after that. Without Chromium the tests are reported as ignored, or fail if
+//! `MSM_REQUIRE_BROWSER` is 1.
+
+// A panic is how a test or benchmark reports.
+#![allow(clippy::unwrap_used)]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use serde_json::Value;
+
+const ACTIONS: &str = include_str!("actions.js");
+
+fn main() -> ExitCode {
+    let arguments = Arguments::from_args();
+    let trials = vec![
+        trial("the_report_works_in_a_browser", report_works),
+        trial("a_fault_in_the_script_is_found", fault_is_found),
+        trial("phones_need_no_sideways_scrolling", phones),
+    ];
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+fn trial(name: &str, test: impl FnOnce(&Path) -> Result<(), Failed> + Send + 'static) -> Trial {
+    match chromium() {
+        Some(program) => Trial::test(name, move || test(&program)),
+        None if std::env::var("MSM_REQUIRE_BROWSER").is_ok_and(|value| value == "1") => {
+            Trial::test(name, || Err("MSM_REQUIRE_BROWSER is 1 but chromium is not installed".into()))
+        }
+        None => Trial::test(name, || Err("needs chromium".into())).with_ignored_flag(true),
+    }
+}
+
+fn chromium() -> Option<PathBuf> {
+    let path = std::env::var_os("PATH")?;
+    std::env::split_paths(&path).map(|folder| folder.join("chromium")).find(|program| program.is_file())
+}
+
+/// The report of the committed runs.
+fn page(folder: &Path) -> Result<String, Failed> {
+    let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
+    let mut runs = Vec::new();
+    for experiment in ["speed-accuracy", "filterable", "candidate-search"] {
+        let all = std::fs::read_dir(results.join(experiment))?;
+        let newest = all.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).max();
+        let from = newest.ok_or("no recorded run")?;
+        // A copy, because the report is written beside the records.
+        let to = folder.join(experiment).join("run");
+        std::fs::create_dir_all(&to)?;
+        for file in std::fs::read_dir(from)? {
+            let file = file?;
+            std::fs::copy(file.path(), to.join(file.file_name()))?;
+        }
+        runs.push(to);
+    }
+    let html = folder.join("report.html");
+    let output = Command::new(env!("CARGO_BIN_EXE_msm"))
+        .arg("report")
+        .args(&runs)
+        .arg("--html")
+        .arg(&html)
+        .output()?;
+    if !output.status.success() {
+        return Err(String::from_utf8_lossy(&output.stderr).into_owned().into());
+    }
+    Ok(std::fs::read_to_string(html)?)
+}
+
+/// What the added script saw, in a window of this width.
+fn seen(program: &Path, folder: &Path, page: &str, width: u32) -> Result<Value, Failed> {
+    // Errors of the page's own script must be heard, so listening begins before it.
+    let listening = "<script>window.complaints = [];\
+        window.addEventListener('error', (event) => window.complaints.push(event.message));</script>";
+    let page = page.replacen("<style>", &format!("{listening}<style>"), 1);
+    let page = page.replacen("</body>", &format!("<script>{ACTIONS}</script></body>"), 1);
+    let file = folder.join("driven.html");
+    std::fs::write(&file, page)?;
+    let output = Command::new(program)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=5000", "--dump-dom"])
+        .arg(format!("--user-data-dir={}", folder.join("profile").display()))
+        .arg(format!("--window-size={width},900"))
+        .arg(format!("file://{}", file.display()))
+        .output()?;
+    let dom = String::from_utf8_lossy(&output.stdout).into_owned();
+    let start = dom.find("<pre id=\"seen\">").ok_or("the browser did not run the script")?;
+    let text =
+        dom[start..].split('>').nth(1).and_then(|rest| rest.split('<').next()).ok_or("nothing was seen")?;
+    let text = text.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">");
+    Ok(serde_json::from_str(&text)?)
+}
+
+fn report_works(program: &Path) -> Result<(), Failed> {
+    let folder = tempfile::tempdir()?;
+    let page = page(folder.path())?;
+    let seen = seen(program, folder.path(), &page, 1200)?;
+    let number = |key: &str| seen[key].as_u64().unwrap_or_default();
+    assert_eq!(seen["complaints"], serde_json::json!([]), "{seen}");
+    assert!(number("points") > 60, "{seen}");
+    // One family fewer, then one memory size fewer, then all again.
+    assert!(number("without_vsm") < number("points"), "{seen}");
+    assert!(number("without_64_bits") < number("without_vsm"), "{seen}");
+    assert_eq!(number("points_again"), number("points"), "{seen}");
+    let hovered = seen["hovered"].as_str().unwrap_or_default();
+    assert!(
+        hovered.contains("error") && hovered.contains("cost") && hovered.contains("bits a texel"),
+        "{seen}"
+    );
+    assert_eq!(seen["focused"], seen["hovered"], "{seen}");
+    // A table filtered by a word, and sorted by its numbers in both directions.
+    assert!(number("rows_found") > 0 && number("rows_found") < number("rows"), "{seen}");
+    assert_eq!(seen["ascending"], true, "{seen}");
+    assert_eq!(seen["descending"], true, "{seen}");
+    assert_eq!(seen["enlarged"], true, "{seen}");
+    assert!(number("figures") > 8, "{seen}");
+    Ok(())
+}
+
+/// Without the line that draws after a filter was changed, the same actions see something else.
+fn fault_is_found(program: &Path) -> Result<(), Failed> {
+    let folder = tempfile::tempdir()?;
+    let page = page(folder.path())?;
+    let line = "if (box.checked) chosen.add(value); else chosen.delete(value);";
+    assert!(page.contains(line));
+    let seen = seen(program, folder.path(), &page.replace(line, ""), 1200)?;
+    if seen["without_vsm"] != seen["points"] {
+        return Err(format!("a filter without effect went unnoticed: {seen}").into());
+    }
+    Ok(())
+}
+
+fn phones(program: &Path) -> Result<(), Failed> {
+    let folder = tempfile::tempdir()?;
+    let page = page(folder.path())?;
+    let seen = seen(program, folder.path(), &page, 500)?;
+    assert_eq!(seen["overflows"], false, "{seen}");
+    Ok(())
+}
