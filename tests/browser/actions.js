@@ -41,6 +41,23 @@
   image.click();
   seen.enlarged = image.classList.contains("large");
   image.click();
+  // The comparer shows PCF alone, then the technique alone: as many different pixels as the two columns have.
+  const comparer = document.querySelector(".comparer");
+  const canvas = comparer.querySelector("canvas");
+  const [slider, zoom] = comparer.querySelectorAll("input");
+  const pixels = () => canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+  const set = (node, value) => { node.value = value; node.dispatchEvent(new Event("input")); };
+  set(slider, 100);
+  const pcf = pixels();
+  set(slider, 0);
+  const technique = pixels();
+  set(slider, 50);
+  const both = pixels();
+  const different = (a, b) => { let count = 0; for (let i = 0; i < a.length; i += 4) count += a[i] !== b[i]; return count; };
+  seen.compared = [different(pcf, technique), different(pcf, both), different(technique, both)];
+  set(zoom, 4);
+  seen.zoomed = different(both, pixels());
+  seen.comparer = canvas.getAttribute("aria-label");
   seen.figures = document.querySelectorAll(".figure").length;
   seen.overflows = document.documentElement.scrollWidth > document.documentElement.clientWidth + 1;
   const note = document.createElement("pre");

@@ -115,6 +115,12 @@ fn report_works(program: &Path) -> Result<(), Failed> {
     assert_eq!(seen["ascending"], true, "{seen}");
     assert_eq!(seen["descending"], true, "{seen}");
     assert_eq!(seen["enlarged"], true, "{seen}");
+    let different: Vec<u64> =
+        seen["compared"].as_array().ok_or("none")?.iter().filter_map(Value::as_u64).collect();
+    let [whole, left, right] = different[..] else { return Err(format!("{seen}").into()) };
+    assert!(whole > 1000 && left > 100 && right > 100 && left < whole && right < whole, "{seen}");
+    assert!(number("zoomed") > 1000, "{seen}");
+    assert!(seen["comparer"].as_str().unwrap_or_default().contains("zoom 4"), "{seen}");
     assert!(number("figures") > 8, "{seen}");
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use crate::error::ReportError;
 use base64::Engine;
-use evaluation::{RunDirectory, SpeedAccuracyRecord};
+use evaluation::{Experiment, Kind, PictureSetting, RunDirectory, Scale, SpeedAccuracyRecord};
 use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -83,8 +83,28 @@ fn points(run: &RunDirectory) -> Result<Option<Vec<Point>>, ReportError> {
     Ok(Some(best.map(point).collect()))
 }
 
+/// Pictures of techniques side by side, for runs that have them.
+fn side_by_side(run: &RunDirectory) -> Result<Vec<PictureSetting>, ReportError> {
+    let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
+    Ok(match experiment.kind {
+        Kind::SpeedAccuracy(speed) => speed.picture,
+        _ => Vec::new(),
+    })
+}
+
+/// Two columns of a picture under a slider.
+fn comparer(picture: &PictureSetting) -> String {
+    let [width, height] = picture.output;
+    let names = serde_json::to_string(&picture.techniques).unwrap_or_default();
+    format!(
+        "<div class=\"comparer\" data-width=\"{width}\" data-height=\"{height}\" data-names=\"{}\"></div>\n",
+        escaped(&names)
+    )
+}
+
 /// The run's page with its pictures inside.
 fn body(run: &RunDirectory) -> Result<String, ReportError> {
+    let pictures = side_by_side(run)?;
     let text = run.text("README.md")?;
     let mut events = Vec::new();
     let mut picture: Option<(String, String)> = None;
@@ -95,7 +115,10 @@ fn body(run: &RunDirectory) -> Result<String, ReportError> {
             }
             Event::End(TagEnd::Image) => {
                 if let Some((file, title)) = picture.take() {
-                    events.push(Event::InlineHtml(CowStr::from(figure(run, &file, &title)?)));
+                    let mut html = figure(run, &file, &title)?;
+                    let compared = pictures.iter().find(|picture| format!("{}.png", picture.id) == file);
+                    html += &compared.map(comparer).unwrap_or_default();
+                    events.push(Event::InlineHtml(CowStr::from(html)));
                 }
             }
             Event::Text(words) | Event::Code(words) if picture.is_some() => {

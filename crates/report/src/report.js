@@ -47,6 +47,64 @@ for (const figure of document.querySelectorAll(".figure")) {
   figure.addEventListener("keydown", (event) => { if (event.key === "Enter") toggle(); });
 }
 
+// Percentage-closer filtering on the left of a slider, a technique on the right, with zoom; drag to move.
+for (const comparer of document.querySelectorAll(".comparer")) {
+  const image = comparer.previousElementSibling.querySelector("img");
+  const [width, height] = [Number(comparer.dataset.width), Number(comparer.dataset.height)];
+  const names = JSON.parse(comparer.dataset.names);
+  const GAP = 6;
+  const canvas = document.createElement("canvas");
+  canvas.width = width;
+  canvas.height = height;
+  canvas.setAttribute("role", "img");
+  const control = (text, node) => {
+    const label = document.createElement("label");
+    label.append(text, " ", node);
+    comparer.append(label);
+    return node;
+  };
+  const range = (low, high, value, step) => {
+    const node = document.createElement("input");
+    Object.assign(node, { type: "range", min: low, max: high, step, value });
+    return node;
+  };
+  const choice = control("technique", document.createElement("select"));
+  names.forEach((name, i) => choice.append(new Option(name, i + 1)));
+  const slider = control("PCF | technique", range(0, 100, 50, 1));
+  const zoom = control("zoom", range(1, 8, 1, 0.5));
+  comparer.append(canvas);
+  const middle = { x: width / 2, y: height / 2 };
+  const draw = () => {
+    const context = canvas.getContext("2d");
+    const scale = Number(zoom.value);
+    const [w, h] = [width / scale, height / scale];
+    middle.x = Math.min(Math.max(middle.x, w / 2), width - w / 2);
+    middle.y = Math.min(Math.max(middle.y, h / 2), height - h / 2);
+    const [left, top] = [middle.x - w / 2, middle.y - h / 2];
+    const seam = Math.round(width * Number(slider.value) / 100);
+    const column = (index, from, to) => {
+      if (to <= from) return;
+      const source = index * (width + GAP) + left + from / scale;
+      context.drawImage(image, source, top, (to - from) / scale, h, from, 0, to - from, height);
+    };
+    context.imageSmoothingEnabled = false;
+    column(0, 0, seam);
+    column(Number(choice.value), seam, width);
+    context.fillStyle = "#ffffff";
+    context.fillRect(seam - 1, 0, 2, height);
+    canvas.setAttribute("aria-label", `PCF left, ${names[choice.value - 1]} right of ${slider.value} %, zoom ${zoom.value}`);
+  };
+  for (const node of [choice, slider, zoom]) node.addEventListener("input", draw);
+  canvas.addEventListener("pointermove", (event) => {
+    if (!event.buttons) return;
+    const share = width / canvas.clientWidth / Number(zoom.value);
+    middle.x -= event.movementX * share;
+    middle.y -= event.movementY * share;
+    draw();
+  });
+  if (image.complete) draw(); else image.addEventListener("load", draw);
+}
+
 // Error against cost, with filters.
 const COLOURS = [["VSM", "#e69f00"], ["ESM", "#cc79a7"], ["EVSM", "#d55e00"], ["LVSM", "#966e46"], ["CSM", "#009e73"],
   ["Hamburger", "#0072b2"], ["Hausdorff", "#56b4e9"], ["Trigonometric", "#888888"]];
