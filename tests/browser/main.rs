@@ -8,12 +8,16 @@
 #![allow(clippy::unwrap_used)]
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode};
+use std::process::{Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
 
 use libtest_mimic::{Arguments, Failed, Trial};
 use serde_json::Value;
 
 const ACTIONS: &str = include_str!("actions.js");
+
+/// Longest time for one page.
+const PATIENCE: Duration = Duration::from_secs(120);
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
@@ -79,13 +83,27 @@ fn seen(program: &Path, folder: &Path, page: &str, width: u32) -> Result<Value, 
     let page = page.replacen("</body>", &format!("<script>{ACTIONS}</script></body>"), 1);
     let file = folder.join("driven.html");
     std::fs::write(&file, page)?;
-    let output = Command::new(program)
-        .args(["--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=5000", "--dump-dom"])
+    let printed = folder.join("dom.html");
+    let mut browser = Command::new(program)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"])
+        .args(["--virtual-time-budget=5000", "--dump-dom"])
         .arg(format!("--user-data-dir={}", folder.join("profile").display()))
         .arg(format!("--window-size={width},900"))
         .arg(format!("file://{}", file.display()))
-        .output()?;
-    let dom = String::from_utf8_lossy(&output.stdout).into_owned();
+        .stdout(std::fs::File::create(&printed)?)
+        .stderr(Stdio::null())
+        .spawn()?;
+    // A browser that hangs must not hang the tests.
+    let begin = Instant::now();
+    while browser.try_wait()?.is_none() {
+        if begin.elapsed() > PATIENCE {
+            browser.kill()?;
+            browser.wait()?;
+            return Err(format!("the browser had not finished after {PATIENCE:?}").into());
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let dom = std::fs::read_to_string(printed)?;
     let start = dom.find("<pre id=\"seen\">").ok_or("the browser did not run the script")?;
     let text =
         dom[start..].split('>').nth(1).and_then(|rest| rest.split('<').next()).ok_or("nothing was seen")?;
