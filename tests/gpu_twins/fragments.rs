@@ -72,7 +72,10 @@ impl Inputs {
     }
 }
 
-/// Shadow maps with their light-facing entries.
+/// Without a bias most taps would compare a surface with its own plane, equal but for rounding.
+const BIAS: f32 = 0.001;
+
+/// Shadow maps with their light-facing entries, moved towards the light by a bias.
 pub fn receivers() -> Vec<(DepthMap, Vec<Receiver>)> {
     let of = |stack: &ShadowMapStack| {
         let mut receivers = Vec::new();
@@ -82,7 +85,7 @@ pub fn receivers() -> Vec<(DepthMap, Vec<Receiver>)> {
                 receivers.extend(layers.map(|layer| Receiver {
                     x: x as usize,
                     y: y as usize,
-                    depth: f64::from(layer.depth),
+                    depth: f64::from(layer.depth - BIAS),
                     gradient: layer.gradient.map(f64::from),
                 }));
             }

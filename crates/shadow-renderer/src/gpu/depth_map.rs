@@ -95,7 +95,7 @@ fn render(
     let entries = gpu.buffer_of("masks", &entries, Usage::STORAGE);
     let bits = gpu.buffer_of("mask bits", &masks.bits, Usage::STORAGE);
     let view = target(gpu, width, height, per_pass).create_view(&Default::default());
-    let module = gpu.device.create_shader_module(wgpu::include_wgsl!("depth_map.wgsl"));
+    let module = gpu.shader(concat!(include_str!("mask.wgsl"), include_str!("depth_map.wgsl")));
     let raster = raster_pipeline(gpu, &module, per_pass);
     let reader = read_pipeline(gpu, &module, per_pass);
 

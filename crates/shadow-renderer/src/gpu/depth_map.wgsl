@@ -6,18 +6,8 @@ struct Corner {
     @location(1) @interpolate(flat) mask_index: u32,
 }
 
-struct Mask {
-    width: u32,
-    height: u32,
-    first_bit: u32,
-}
-
-const NO_MASK: u32 = 0xffffffffu;
-
 // Shift of all corners in normalised device coordinates: minus the sample's offset from the texel's centre.
 @group(0) @binding(0) var<uniform> shift: vec4<f32>;
-@group(0) @binding(1) var<storage, read> masks: array<Mask>;
-@group(0) @binding(2) var<storage, read> mask_bits: array<u32>;
 
 @vertex
 fn corner(@location(0) position: vec3<f32>, @location(1) uv: vec2<f32>, @location(2) mask_index: u32) -> Corner {
@@ -26,14 +16,8 @@ fn corner(@location(0) position: vec3<f32>, @location(1) uv: vec2<f32>, @locatio
 
 @fragment
 fn alpha_test(corner: Corner) {
-    if corner.mask_index != NO_MASK {
-        let mask = masks[corner.mask_index];
-        let size = vec2<u32>(mask.width, mask.height);
-        let texel = min(vec2<u32>(fract(corner.uv) * vec2<f32>(size)), size - 1u);
-        let bit = mask.first_bit + texel.y * mask.width + texel.x;
-        if ((mask_bits[bit / 32u] >> (bit % 32u)) & 1u) == 0u {
-            discard;
-        }
+    if is_masked_out(corner.mask_index, corner.uv) {
+        discard;
     }
 }
 

@@ -98,7 +98,7 @@ impl Geometry {
         light: &LightFrame,
         samples: u32,
     ) -> Result<TrianglePass, RenderError> {
-        let module = gpu.device.create_shader_module(wgpu::include_wgsl!("depth_map.wgsl"));
+        let module = gpu.shader(concat!(include_str!("mask.wgsl"), include_str!("depth_map.wgsl")));
         let pipeline = depth_map::raster_pipeline(gpu, &module, samples);
         let shift = gpu.buffer_of("shift", &[0.0f32; 4], Usage::UNIFORM);
         let bindings = self.bind(gpu, &pipeline, &shift);
@@ -112,7 +112,7 @@ impl Geometry {
     pub fn surfaces(&self, gpu: &Gpu, scene: &Scene, targets: &Targets) -> Result<TrianglePass, RenderError> {
         let view = View::new(&scene.camera, targets.width, targets.height)?;
         let camera = gpu.buffer_of("camera", &view.clip_rows(), Usage::UNIFORM);
-        let module = gpu.device.create_shader_module(wgpu::include_wgsl!("surfaces.wgsl"));
+        let module = gpu.shader(concat!(include_str!("mask.wgsl"), include_str!("surfaces.wgsl")));
         let states = TARGET_FORMATS.map(|format| {
             Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
         });

@@ -9,17 +9,7 @@ struct Camera {
     eye: vec4<f32>,
 }
 
-struct Mask {
-    width: u32,
-    height: u32,
-    first_bit: u32,
-}
-
-const NO_MASK: u32 = 0xffffffffu;
-
 @group(0) @binding(0) var<uniform> camera: Camera;
-@group(0) @binding(1) var<storage, read> masks: array<Mask>;
-@group(0) @binding(2) var<storage, read> mask_bits: array<u32>;
 
 struct Corner {
     @builtin(position) clip: vec4<f32>,
@@ -51,14 +41,8 @@ struct Surface {
 
 @fragment
 fn surface(corner: Corner) -> Surface {
-    if corner.mask_index != NO_MASK {
-        let mask = masks[corner.mask_index];
-        let size = vec2<u32>(mask.width, mask.height);
-        let texel = min(vec2<u32>(fract(corner.uv) * vec2<f32>(size)), size - 1u);
-        let bit = mask.first_bit + texel.y * mask.width + texel.x;
-        if ((mask_bits[bit / 32u] >> (bit % 32u)) & 1u) == 0u {
-            discard;
-        }
+    if is_masked_out(corner.mask_index, corner.uv) {
+        discard;
     }
     let n = normalize(corner.normal);
     let facing = select(n, -n, dot(n, corner.position - camera.eye.xyz) > 0.0);
