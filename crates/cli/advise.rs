@@ -147,7 +147,7 @@ fn describe(choice: &Choice) -> String {
 
 /// Shares over all views, each view counting alike.
 fn write_needs(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
-    let shares = || advice.needs.iter().map(|need| &need.share);
+    let shares = || advice.needs.iter();
     let mut groups: Vec<(&str, f64)> = Vec::new();
     for share in shares() {
         if !groups.contains(&(share.by.as_str(), share.tolerance)) {

@@ -18,9 +18,12 @@ use adapter::gpu_trial;
 use compute::Device;
 use fragments::{FRAGMENTS, Inputs};
 use libtest_mimic::{Arguments, Failed};
+use quantization::NumberFormat;
+use quantization::published::{self, Published};
 use shadow_filtering::techniques::MomentBound;
 use shadow_filtering::{
-    DepthBias, Kernel, MomentOptions, RealTime, Reference, StorageFormat, Technique, TechniqueSpec, shaders,
+    DepthBias, Kernel, MomentOptions, RealTime, Reference, StorageFormat, StoredTechnique, Technique,
+    TechniqueSpec, shaders,
 };
 
 /// The shader's error against double precision may be this many times that of Rust in single precision.
@@ -44,6 +47,10 @@ fn main() -> ExitCode {
         trials.push(gpu_trial(format!("encode::{name}"), move || encode(technique.as_ref())));
     }
     trials.push(gpu_trial("shade::percentage_closer".into(), || percentage_closer("")));
+    for transform in published::ALL.iter().filter(|p| matches!(p.order, 4 | 6)) {
+        let name = transform.name.replace(' ', "_");
+        trials.push(gpu_trial(format!("transform::{name}"), || quantise_and_decode(transform)));
+    }
     trials.extend(frames::trials());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()
@@ -221,6 +228,51 @@ fn excuse(
         single[i] = (exact[i] + moved) as f32;
     }
     single
+}
+
+/// Both directions of a published transform of power moments, on the moments of the scenes' depths.
+fn quantise_and_decode(published: &Published) -> Result<(), Failed> {
+    let m = published.order;
+    let options = MomentOptions { alpha: Some(0.0), beta: 0.0 };
+    let spec = match (m, published.signed) {
+        (4, false) => TechniqueSpec::Hausdorff4(options),
+        (4, true) => TechniqueSpec::Hamburger4(options),
+        _ => TechniqueSpec::Hamburger6(options),
+    };
+    let transform = published.transform()?;
+    // Single floats round nothing further.
+    let stored = StoredTechnique::new(spec.build()?, Some(&transform), NumberFormat::F32)?;
+    let (quantise, dequantise) = stored.transform_wgsl();
+    let functions = format!("const CHANNELS: u32 = {m}u;\n{quantise}{dequantise}");
+    let call = |name: &str| {
+        format!(
+            "var values: array<f32, CHANNELS>;
+    for (var k = 0u; k < CHANNELS; k++) {{ values[k] = inputs[start + k]; }}
+    var result = {name}(values);
+    for (var k = 0u; k < CHANNELS; k++) {{ outputs[first + k] = result[k]; }}"
+        )
+    };
+    let depths = fragments::depths();
+    let (mut moments, mut single) = (vec![0.0f32; depths.len() * m], vec![0.0f32; depths.len() * m]);
+    let real_time = stored.technique().real_time().ok_or("no shader")?;
+    for (i, &depth) in depths.iter().enumerate() {
+        real_time.encode_single(depth, &mut moments[i * m..(i + 1) * m]);
+        stored.encode(depth, &mut single[i * m..(i + 1) * m]);
+    }
+    let exact = |values: &[f32], apply: &dyn Fn(&[f64], &mut [f64])| {
+        let values: Vec<f64> = values.iter().map(|&value| f64::from(value)).collect();
+        let mut out = vec![0.0; values.len()];
+        values.chunks_exact(m).zip(out.chunks_exact_mut(m)).for_each(|(from, to)| apply(from, to));
+        out
+    };
+    let found = Device::shared()?.map(&functions, &call("quantise"), (&moments, m), m)?;
+    let truth = exact(&moments, &|b, out| transform.apply(b, out));
+    compare(&format!("{}, transform", published.name), &found, &single, &truth, &[1.0])?;
+    let found = Device::shared()?.map(&functions, &call("dequantise"), (&single, m), m)?;
+    let mut decoded = vec![0.0; single.len()];
+    single.chunks_exact(m).zip(decoded.chunks_exact_mut(m)).for_each(|(from, to)| stored.decode(from, to));
+    let truth = exact(&single, &|s, out| transform.invert(s, out));
+    compare(&format!("{}, inverse", published.name), &found, &decoded, &truth, &[1.0])
 }
 
 fn encode(technique: &dyn Technique) -> Result<(), Failed> {

@@ -46,7 +46,7 @@ pub use shadow_filtering::techniques::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use speed_accuracy::{
     Advice, AdviceOptions, Blend, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES,
-    FrameSample, FrameSetting, FrameTiming, GpuRecord, Needs, OrderSetting, OrderShare, PictureSetting,
+    FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare, PictureSetting,
     SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming, SpeedViewRecord,
 };
 pub use stability::{

@@ -200,8 +200,9 @@ impl StoredTechnique {
         sum.iter_mut().for_each(|value| *value = self.format.round_single(*value));
     }
 
-    /// WGSL of `quantise` and `dequantise`, from `array<f32, CHANNELS>` to the same.
-    pub(crate) fn transform_wgsl(&self) -> (String, String) {
+    /// WGSL of `quantise` and `dequantise`, from `array<f32, CHANNELS>` to the same: the transform of
+    /// [`StoredTechnique::encode`] before rounding, and [`StoredTechnique::decode`].
+    pub fn transform_wgsl(&self) -> (String, String) {
         let Some(transform) = &self.transform else {
             let same = |name: &str| {
                 format!(

@@ -75,14 +75,6 @@ pub struct Choice {
     pub cost: f64,
 }
 
-/// How many moments the kernels of the scene need.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Needs {
-    /// Shares by view.
-    #[serde(flatten)]
-    pub share: OrderShare,
-}
-
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
@@ -109,7 +101,7 @@ pub struct Advice {
     /// The cheapest that errs at least a tenth less; without a recommendation the most accurate of all.
     pub next_better: Option<Choice>,
     /// Moments and surfaces that the kernels need.
-    pub needs: Vec<Needs>,
+    pub needs: Vec<OrderShare>,
 }
 
 /// Fragments that a technique in the answer has seen, at least.
@@ -179,7 +171,7 @@ impl Advice {
             recommendation: choice(recommendation),
             next_cheaper: choice(next_cheaper),
             next_better: choice(next_better),
-            needs: experiment.order_shares(&records).into_iter().map(|share| Needs { share }).collect(),
+            needs: experiment.order_shares(&records),
         })
     }
 }

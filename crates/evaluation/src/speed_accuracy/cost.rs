@@ -12,8 +12,8 @@ const ACCESSES: f64 = 5.0;
 /// Bytes of a depth, written and read.
 const DEPTH_BYTES: f64 = 8.0;
 
-/// Single-precision operations that a graphics processor does in the time in which it moves a byte: 7 on the one that MSM15
-/// measured on (GTX 480: 1.3e12 operations, 1.8e11 bytes a second) and some 20 to 60 on later ones.
+/// Single-precision operations that a graphics processor does in the time in which it moves a byte: 14 by the data sheet of
+/// the one that MSM15 measured on (GTX 780: 4.0e12 operations and 2.9e11 bytes a second), more on later ones.
 pub(crate) const OPERATIONS_PER_BYTE: f64 = 16.0;
 
 /// A texture fetch of up to four channels, in operations.

@@ -14,7 +14,7 @@ mod scenery;
 mod settings;
 mod timing;
 
-pub use advise::{Advice, AdviceOptions, Choice, DEFAULT_CANDIDATES, Needs};
+pub use advise::{Advice, AdviceOptions, Choice, DEFAULT_CANDIDATES};
 pub use records::{FrameSample, GpuRecord, OrderShare, SpeedAccuracyRecord, SpeedSample, SpeedViewRecord};
 pub use settings::{
     Blend, CandidateSetting, ComparisonSetting, FrameSetting, FrameTiming, OrderSetting, PictureSetting,
