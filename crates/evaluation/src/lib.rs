@@ -44,6 +44,7 @@ pub use search::{
 };
 pub use shadow_filtering::techniques::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
+pub use shadow_renderer::WHOLE_FRAME;
 pub use speed_accuracy::{
     Advice, AdviceOptions, Blend, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES,
     FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare, PictureSetting,

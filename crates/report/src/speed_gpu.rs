@@ -1,7 +1,8 @@
 //! Frame times on a graphics processor, where there was one.
 
 use crate::speed_summary::SpeedTables;
-use evaluation::FrameSample;
+use evaluation::{FrameSample, WHOLE_FRAME};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 /// Sizes of a frame: map, width, height, kernel.
@@ -30,17 +31,15 @@ impl SpeedTables {
         at: Point,
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<f64> {
-        let mut frames: Vec<f64> = Vec::new();
+        let mut frames: BTreeMap<usize, f64> = BTreeMap::new();
         let of = self
             .frames
             .iter()
             .filter(|s| s.technique == technique && s.format == format && point(s) == at && wanted(&s.pass));
         for sample in of {
-            if frames.len() <= sample.frame {
-                frames.resize(sample.frame + 1, 0.0);
-            }
-            frames[sample.frame] += sample.time_ns as f64 / 1e6;
+            *frames.entry(sample.frame).or_default() += sample.time_ns as f64 / 1e6;
         }
+        let mut frames: Vec<f64> = frames.into_values().collect();
         frames.sort_by(f64::total_cmp);
         frames
     }
@@ -49,7 +48,7 @@ impl SpeedTables {
     pub(crate) fn gpu_time(&self, technique: &str, format: &str) -> Option<(f64, f64, f64)> {
         self.gpu.as_ref().filter(|gpu| gpu.device_type != "Cpu")?;
         let at = *self.points().first()?;
-        let times = self.frame_times((technique, format), at, |_| true);
+        let times = self.frame_times((technique, format), at, |pass| pass == WHOLE_FRAME);
         Some((*times.first()?, times[times.len() / 2], *times.last()?))
     }
 
@@ -114,10 +113,10 @@ impl SpeedTables {
         for key in techniques {
             let _ = write!(text, "| {} | {} |", key.0, key.1);
             for &at in &points {
-                let _ = write!(text, " {} |", median(self.frame_times(key, at, |_| true)));
+                let _ = write!(text, " {} |", median(self.frame_times(key, at, |pass| pass == WHOLE_FRAME)));
             }
             let first = points[0];
-            let shadow = self.frame_times(key, first, |pass| pass != "surfaces");
+            let shadow = self.frame_times(key, first, |pass| ![WHOLE_FRAME, "surfaces"].contains(&pass));
             let resolve = self.frame_times(key, first, |pass| pass == "resolve");
             let filter = self.frame_times(key, first, |pass| pass.starts_with("filter"));
             let shade = self.frame_times(key, first, |pass| pass == "shade");
@@ -132,7 +131,7 @@ impl SpeedTables {
         }
         let _ = writeln!(
             text,
-            "\nMilliseconds between GPU timestamps, median over frames; all passes of a frame by sizes of map, output and kernel, then \
+            "\nMilliseconds between GPU timestamps, median over frames; whole frames by sizes of map, output and kernel, then \
              parts of the first. 4x multisampled maps with mip maps. Measured on {} ({}, {}, {}): {}.\n",
             gpu.adapter, gpu.device_type, gpu.api, gpu.driver, gpu.status
         );

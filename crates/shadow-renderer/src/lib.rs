@@ -31,7 +31,7 @@ pub use fit::GROUND_ADDED;
 pub use frame::{Frame, NO_TRIANGLE};
 pub use gpu::{
     DepthMap, FrameRenderer, FrameSettings, FrameShaders, GpuFrame, PassTimes, SUPERSAMPLE_8, Sampling,
-    TexelFormat,
+    TexelFormat, WHOLE_FRAME,
 };
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
 pub use load::{DEFAULT_LIGHT, MAX_FILE_BYTES, load_gltf_bytes, load_obj_bytes, load_scene};

@@ -9,6 +9,8 @@ use super::settings::{FrameTiming, SpeedAccuracyExperiment};
 use crate::filterable::view::{LoadedScene, Source};
 use quantization::NumberFormat;
 use shadow_filtering::{Kernel, PassShaders, comparison_shader};
+use std::time::Duration;
+
 use shadow_renderer::{FrameRenderer, FrameSettings, FrameShaders, RenderError, TexelFormat, gpu_adapter};
 
 /// Times and what they were measured on.
@@ -92,12 +94,21 @@ impl Plan<'_> {
                 mip_maps: true,
                 bias: 0.002,
                 leak_reduction: 0.0,
-                frames: timing.frames,
             };
-            for (technique, format, shaders) in self.frame_shaders(&kernel) {
+            let techniques = self.frame_shaders(&kernel);
+            let forwards = techniques.iter().collect::<Vec<_>>();
+            let order = |round: usize| {
+                let mut order = forwards.clone();
+                if round % 2 == 1 {
+                    order.reverse();
+                }
+                order.into_iter().map(move |technique| (round, technique))
+            };
+            for (round, (technique, format, shaders)) in (0..timing.rounds).flat_map(order) {
                 before_frames(&renderer);
-                let frame = match renderer.render(&shaders, &settings) {
-                    Ok(frame) => frame,
+                let warm_up = Duration::from_millis(timing.warm_up_ms);
+                let passes = match renderer.time(shaders, &settings, warm_up, timing.frames) {
+                    Ok(passes) => passes,
                     // Others may still work, for example where this format cannot be filtered.
                     Err(RenderError::Gpu(reason)) if !reason.contains("lost") => {
                         gpu.skipped += 1;
@@ -106,7 +117,7 @@ impl Plan<'_> {
                     }
                     Err(error) => return Err(stopped(error)),
                 };
-                for pass in frame.passes {
+                for pass in passes {
                     for (index, time) in pass.times.iter().enumerate() {
                         samples.push(FrameSample {
                             technique: technique.clone(),
@@ -116,7 +127,7 @@ impl Plan<'_> {
                             height: point.output[1],
                             kernel: point.kernel,
                             pass: pass.pass.to_owned(),
-                            frame: index,
+                            frame: round * timing.frames + index,
                             time_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
                         });
                     }
@@ -190,6 +201,8 @@ mod tests {
             outputs: Vec::new(),
             kernels: Vec::new(),
             frames: 1,
+            rounds: 1,
+            warm_up_ms: 0,
             software: true,
         };
         let (mut gpu, mut samples) = (GpuRecord::default(), Vec::new());

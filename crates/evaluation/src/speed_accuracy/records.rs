@@ -81,9 +81,9 @@ pub struct FrameSample {
     pub height: u32,
     /// Size of the filter kernel in texels.
     pub kernel: usize,
-    /// Pass.
+    /// Pass, or `frame` from the beginning of the first to the end of the last.
     pub pass: String,
-    /// Counts from 0.
+    /// Counts from 0 over all rounds.
     pub frame: usize,
     /// Between the timestamps around the pass.
     pub time_ns: u64,

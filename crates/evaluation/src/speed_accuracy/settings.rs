@@ -129,11 +129,21 @@ pub struct FrameTiming {
     /// Other kernel sizes.
     #[serde(default)]
     pub kernels: Vec<usize>,
-    /// Timed frames for each.
+    /// Timed frames for each, in each round.
     pub frames: usize,
+    /// Rounds over all techniques at each size, every other one backwards: clocks that drift favour nobody.
+    #[serde(default = "one_round")]
+    pub rounds: usize,
+    /// Milliseconds of frames before those that are timed: an idle processor runs at a lower clock.
+    #[serde(default)]
+    pub warm_up_ms: u64,
     /// Times software drivers too. They are no GPU times; for tests of the way there.
     #[serde(default)]
     pub software: bool,
+}
+
+fn one_round() -> usize {
+    1
 }
 
 /// The scene from its camera with percentage-closer filtering, then with each technique.

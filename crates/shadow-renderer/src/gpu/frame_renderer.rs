@@ -4,14 +4,14 @@
 //! The shaders of a technique come from outside, as WGSL; this module knows textures, passes and times only.
 
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
 use super::cover_pass::CoverPass;
 use super::device::{Gpu, Scopes, open};
 use super::filter_chain::Chain;
-use super::frame_geometry::{Geometry, Targets};
+use super::frame_geometry::{Geometry, Targets, TrianglePass};
 use super::pass_timer::Timer;
 use crate::light_frame::{check_size, normalize};
 use crate::{AdapterName, LightFrame, RenderError, Scene};
@@ -69,24 +69,24 @@ pub struct FrameSettings {
     pub bias: f32,
     /// Shadows are divided by 1 minus this.
     pub leak_reduction: f32,
-    /// Frames that are rendered and timed; the first one, which compiles, is not counted.
-    pub frames: usize,
 }
 
 /// GPU times of one pass.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTimes {
-    /// `shadow map`, `resolve`, `filter rows`, `filter columns`, `mip maps`, `surfaces` or `shade`.
+    /// `shadow map`, `resolve`, `filter rows`, `filter columns`, `mip maps`, `surfaces`, `shade`, or [`WHOLE_FRAME`] from the
+    /// beginning of the first to the end of the last.
     pub pass: &'static str,
-    /// One a frame; empty where the adapter has no timestamps.
+    /// One a frame.
     pub times: Vec<Duration>,
 }
+
+/// The last row of [`PassTimes`].
+pub const WHOLE_FRAME: &str = "frame";
 
 /// A rendered frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GpuFrame {
-    /// In the order of the passes.
-    pub passes: Vec<PassTimes>,
     /// sRGB, row by row.
     pub image: image::RgbaImage,
     /// Shadow a pixel, 0 lit.
@@ -153,40 +153,94 @@ impl FrameRenderer {
         let _ = self.gpu.wait();
     }
 
-    /// Renders frames with a technique.
+    /// Renders a frame with a technique.
     ///
     /// # Errors
     /// [`RenderError::Gpu`] where the device fails or is lost, lacks memory or cannot filter the format;
     /// [`RenderError::MapSize`] for sizes outside 1..=[`crate::MAX_MAP_SIZE`].
     pub fn render(&self, shaders: &FrameShaders, settings: &FrameSettings) -> Result<GpuFrame, RenderError> {
+        self.checked(settings, || {
+            let frame = Prepared::new(self, shaders, settings)?;
+            frame.draw(&self.gpu)?;
+            frame.read(&self.gpu, settings)
+        })
+    }
+
+    /// GPU times of `frames` frames, by pass; empty where the adapter has no timestamps. Frames before these are not
+    /// counted: one that compiles, and more until `warm_up` is over, since an idle processor runs at a lower clock.
+    ///
+    /// # Errors
+    /// Those of [`FrameRenderer::render`].
+    pub fn time(
+        &self,
+        shaders: &FrameShaders,
+        settings: &FrameSettings,
+        warm_up: Duration,
+        frames: usize,
+    ) -> Result<Vec<PassTimes>, RenderError> {
+        self.checked(settings, || {
+            let prepared = Prepared::new(self, shaders, settings)?;
+            prepared.draw(&self.gpu)?;
+            let start = Instant::now();
+            while start.elapsed() < warm_up {
+                prepared.draw(&self.gpu)?;
+            }
+            let mut passes: Vec<PassTimes> = Vec::new();
+            for _ in 0..frames {
+                let times = prepared.draw(&self.gpu)?;
+                if passes.is_empty() {
+                    passes = times.iter().map(|&(pass, _)| PassTimes { pass, times: Vec::new() }).collect();
+                }
+                passes.iter_mut().zip(times).for_each(|(pass, (_, time))| pass.times.push(time));
+            }
+            Ok(passes)
+        })
+    }
+
+    fn checked<T>(
+        &self,
+        settings: &FrameSettings,
+        work: impl FnOnce() -> Result<T, RenderError>,
+    ) -> Result<T, RenderError> {
         check_size(settings.map_size, settings.map_size)?;
         check_size(settings.width, settings.height)?;
         let scopes = Scopes::open(&self.gpu.device);
-        let frame = self.render_unchecked(shaders, settings);
+        let done = work();
         // What the device has to say explains more than what followed from it, and its loss more than both.
         let said = scopes.close();
         let lost = self.lost.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         match lost.as_ref() {
             Some(reason) => Err(RenderError::Gpu(format!("the device was lost: {reason}"))),
-            None => said.and(frame),
+            None => said.and(done),
         }
     }
+}
 
-    fn render_unchecked(
-        &self,
+/// Textures, pipelines and queries of a technique's frames.
+struct Prepared {
+    shadow_map: TrianglePass,
+    surfaces: TrianglePass,
+    chain: Option<Chain>,
+    shade: Shading,
+    timer: Option<Timer>,
+}
+
+impl Prepared {
+    fn new(
+        renderer: &FrameRenderer,
         shaders: &FrameShaders,
         settings: &FrameSettings,
-    ) -> Result<GpuFrame, RenderError> {
-        let gpu = &self.gpu;
+    ) -> Result<Self, RenderError> {
+        let (gpu, scene) = (&renderer.gpu, &renderer.scene);
         let samples = match shaders {
             FrameShaders::Prefiltered { .. } => settings.samples,
             FrameShaders::Comparison { .. } => 1,
         };
-        let light = LightFrame::fit(&self.scene, self.direction, settings.map_size, settings.map_size)?;
-        let shadow_map = self.geometry.shadow_map(gpu, &self.scene, &light, samples)?;
+        let light = LightFrame::fit(scene, renderer.direction, settings.map_size, settings.map_size)?;
+        let shadow_map = renderer.geometry.shadow_map(gpu, scene, &light, samples)?;
         let targets = Targets::new(gpu, settings.width, settings.height);
-        let surfaces = self.geometry.surfaces(gpu, &self.scene, &targets)?;
-        let light_rows = light_uniform(&light, self.scene_light, settings);
+        let surfaces = renderer.geometry.surfaces(gpu, scene, &targets)?;
+        let light_rows = light_uniform(&light, renderer.scene_light, settings);
         let light_rows = gpu.buffer_of("light", &light_rows, wgpu::BufferUsages::UNIFORM);
         let chain = match shaders {
             FrameShaders::Prefiltered { resolve, filter, halve, textures, format, .. } => {
@@ -197,52 +251,52 @@ impl FrameRenderer {
             FrameShaders::Comparison { .. } => None,
         };
         let shade = Shading::new(gpu, shaders, &targets, &light_rows, chain.as_ref(), &shadow_map.view);
-        let timer = Timer::new(gpu);
-        let mut passes: Vec<PassTimes> = Vec::new();
-        // One frame more: the first one compiles and warms up.
-        for frame in 0..=settings.frames {
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let mut names = Vec::new();
-            let mut stamp = |name: &'static str| {
-                names.push(name);
-                timer.as_ref().map(|timer| timer.writes(names.len() as u32 - 1))
-            };
-            shadow_map.draw(&mut encoder, stamp("shadow map"));
-            if let Some(chain) = &chain {
-                chain.resolve.draw(&mut encoder, stamp("resolve"));
-                chain.rows.draw(&mut encoder, stamp("filter rows"));
-                chain.columns.draw(&mut encoder, stamp("filter columns"));
-                if let [first, .., last] = chain.levels.as_slice() {
-                    // From the beginning of the first level to the end of the last.
-                    let whole = stamp("mip maps");
-                    first.draw(&mut encoder, whole.clone().map(Timer::begin_only));
-                    for level in &chain.levels[1..chain.levels.len() - 1] {
-                        level.draw(&mut encoder, None);
-                    }
-                    last.draw(&mut encoder, whole.map(Timer::end_only));
+        Ok(Self { shadow_map, surfaces, chain, shade, timer: Timer::new(gpu) })
+    }
+
+    /// Renders a frame and waits for it: its passes with their times, none without timestamps.
+    fn draw(&self, gpu: &Gpu) -> Result<Vec<(&'static str, Duration)>, RenderError> {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let mut names = Vec::new();
+        let mut stamp = |name: &'static str| {
+            names.push(name);
+            self.timer.as_ref().map(|timer| timer.writes(names.len() as u32 - 1))
+        };
+        self.shadow_map.draw(&mut encoder, stamp("shadow map"));
+        if let Some(chain) = &self.chain {
+            chain.resolve.draw(&mut encoder, stamp("resolve"));
+            chain.rows.draw(&mut encoder, stamp("filter rows"));
+            chain.columns.draw(&mut encoder, stamp("filter columns"));
+            if let [first, .., last] = chain.levels.as_slice() {
+                // From the beginning of the first level to the end of the last.
+                let whole = stamp("mip maps");
+                first.draw(&mut encoder, whole.clone().map(Timer::begin_only));
+                for level in &chain.levels[1..chain.levels.len() - 1] {
+                    level.draw(&mut encoder, None);
                 }
-            }
-            surfaces.draw(&mut encoder, stamp("surfaces"));
-            shade.pass.draw(&mut encoder, stamp("shade"));
-            if let Some(timer) = &timer {
-                timer.resolve(&mut encoder);
-            }
-            gpu.queue.submit([encoder.finish()]);
-            gpu.wait()?;
-            let times = timer.as_ref().map(|timer| timer.read(gpu, names.len())).transpose()?;
-            if passes.is_empty() {
-                passes = names.iter().map(|&pass| PassTimes { pass, times: Vec::new() }).collect();
-            }
-            if let (true, Some(times)) = (frame > 0, times) {
-                passes.iter_mut().zip(times).for_each(|(pass, time)| pass.times.push(time));
+                last.draw(&mut encoder, whole.map(Timer::end_only));
             }
         }
-        let pixels = gpu.read_texture(&shade.colour, 4)?;
+        self.surfaces.draw(&mut encoder, stamp("surfaces"));
+        self.shade.pass.draw(&mut encoder, stamp("shade"));
+        if let Some(timer) = &self.timer {
+            timer.resolve(&mut encoder, names.len());
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.wait()?;
+        let Some(timer) = &self.timer else { return Ok(Vec::new()) };
+        let times = timer.read(gpu, names.len())?;
+        names.push(WHOLE_FRAME);
+        Ok(names.into_iter().zip(times).collect())
+    }
+
+    fn read(&self, gpu: &Gpu, settings: &FrameSettings) -> Result<GpuFrame, RenderError> {
+        let pixels = gpu.read_texture(&self.shade.colour, 4)?;
         let image = image::RgbaImage::from_raw(settings.width, settings.height, pixels)
             .ok_or_else(|| RenderError::Gpu("the picture has another size".to_owned()))?;
-        let shadow = gpu.read_texture(&shade.shadow, 4)?;
-        let filtered = chain.as_ref().map(|chain| chain.filtered(gpu)).transpose()?.flatten();
-        Ok(GpuFrame { passes, image, shadow: bytemuck::pod_collect_to_vec(&shadow), filtered })
+        let shadow = gpu.read_texture(&self.shade.shadow, 4)?;
+        let filtered = self.chain.as_ref().map(|chain| chain.filtered(gpu)).transpose()?.flatten();
+        Ok(GpuFrame { image, shadow: bytemuck::pod_collect_to_vec(&shadow), filtered })
     }
 }
 

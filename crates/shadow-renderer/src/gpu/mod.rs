@@ -13,4 +13,6 @@ mod work_items;
 pub(crate) use abuffer::{ChunkSizes, extract};
 pub use depth_map::{DepthMap, SUPERSAMPLE_8, Sampling};
 pub(crate) use device::gpu;
-pub use frame_renderer::{FrameRenderer, FrameSettings, FrameShaders, GpuFrame, PassTimes, TexelFormat};
+pub use frame_renderer::{
+    FrameRenderer, FrameSettings, FrameShaders, GpuFrame, PassTimes, TexelFormat, WHOLE_FRAME,
+};

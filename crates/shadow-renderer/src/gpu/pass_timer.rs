@@ -46,16 +46,19 @@ impl Timer {
         wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..writes }
     }
 
-    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.resolve_query_set(&self.queries, 0..2 * PASSES, &self.resolved, 0);
+    /// Of the first `passes` only: a driver may wait for ever for a timestamp that nothing writes.
+    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder, passes: usize) {
+        encoder.resolve_query_set(&self.queries, 0..2 * passes as u32, &self.resolved, 0);
     }
 
+    /// Time of each pass, and last that from the first beginning to the last end.
     pub fn read(&self, gpu: &Gpu, passes: usize) -> Result<Vec<Duration>, RenderError> {
-        let stamps: Vec<u64> = gpu.read(&self.resolved, 0, u64::from(2 * PASSES) * 8)?;
-        let time = |pass: usize| {
-            let ticks = stamps[2 * pass + 1].saturating_sub(stamps[2 * pass]);
+        let stamps: Vec<u64> = gpu.read(&self.resolved, 0, 2 * passes as u64 * 8)?;
+        let time = |from: usize, to: usize| {
+            let ticks = stamps[to].saturating_sub(stamps[from]);
             Duration::from_nanos((ticks as f64 * self.nanoseconds) as u64)
         };
-        Ok((0..passes).map(time).collect())
+        let whole = time(0, 2 * passes - 1);
+        Ok((0..passes).map(|pass| time(2 * pass, 2 * pass + 1)).chain([whole]).collect())
     }
 }
