@@ -311,9 +311,9 @@ fn planted_faults() -> Result<(), Failed> {
     for (name, fault) in [
         ("vsm", "variance = abs(second - mean * mean)=>variance = abs(second - 0.999 * mean * mean)"),
         ("esm_80", "2.12194440e-4=>2.12e-4"),
-        ("csm16", "wave.x * stored[2u * k] - =>wave.x * stored[2u * k] + "),
+        ("csm16", "wave.x * stored[2u * 0u] - =>wave.x * stored[2u * 0u] + "),
         ("hamburger4", "points.s.x - points.s.y * w.y=>points.s.x - points.s.y * w.x"),
-        ("hamburger6", "0.8660254 + 0.1339746=>0.8660254 - 0.1339746"),
+        ("hamburger6", "front + weight, w < 0.0=>front + weight, w > 0.0"),
         ("hausdorff4", "1.0 - at_z_f - at_one=>1.0 - at_one"),
         ("trigonometric4", "let product = 1.0 + cosine=>let product = 1.0 - cosine"),
     ] {

@@ -37,6 +37,7 @@ mod stored_technique;
 mod surfaces;
 mod technique;
 pub mod techniques;
+mod unroll;
 
 pub use depth_map::{ChannelMap, DepthMap};
 pub use error::FilteringError;

@@ -7,6 +7,7 @@
 use crate::kernel::Kernel;
 use crate::shaders;
 use crate::stored_technique::StoredTechnique;
+use crate::unroll::unroll;
 use quantization::NumberFormat;
 use std::fmt::Write as _;
 
@@ -59,15 +60,25 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
         );
         let (quantise, dequantise) = self.transform_wgsl();
         Some(PassShaders {
-            resolve: [COVER, &technique, &quantise, &depths, &targets, include_str!("resolve.wgsl")]
-                .join("\n"),
-            filter: [COVER, &count, &kernel, &fetch, &targets, include_str!("filter.wgsl")].join("\n"),
-            halve: [COVER, &count, &fetch, &targets, include_str!("pyramid.wgsl")].join("\n"),
-            shade: [COVER, &technique, &dequantise, &sampled(channels), FRAME].join("\n"),
+            resolve: written(&[
+                COVER,
+                &technique,
+                &quantise,
+                &depths,
+                &targets,
+                include_str!("resolve.wgsl"),
+            ]),
+            filter: written(&[COVER, &count, &kernel, &fetch, &targets, include_str!("filter.wgsl")]),
+            halve: written(&[COVER, &count, &fetch, &targets, include_str!("pyramid.wgsl")]),
+            shade: written(&[COVER, &technique, &dequantise, &sampled(channels), FRAME]),
             textures,
             format: self.format(),
         })
     }
+}
+
+fn written(parts: &[&str]) -> String {
+    unroll(&parts.join("\n"))
 }
 
 /// WGSL of shading by percentage-closer filtering around the nearest texel of a depth map with one sample, entry point

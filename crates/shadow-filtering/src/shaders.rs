@@ -2,6 +2,7 @@
 
 use crate::kernel::Kernel;
 use crate::techniques::MomentBound;
+use crate::unroll::unroll;
 use std::fmt::Write as _;
 
 const ELEMENTARY: &str = include_str!("techniques/elementary.wgsl");
@@ -31,7 +32,7 @@ fn array(name: &str, values: &[f64]) -> String {
 }
 
 fn joined(parts: &[&str]) -> Option<String> {
-    Some(parts.join("\n"))
+    Some(unroll(&parts.join("\n")))
 }
 
 pub(crate) fn variance() -> Option<String> {
@@ -101,7 +102,7 @@ pub(crate) fn moments(bound: MomentBound, alpha: f64, beta: f64) -> Option<Strin
 /// compares every tap with z_f.
 pub fn percentage_closer(kernel: &Kernel, plane_limit: f64) -> String {
     let constants = weights(kernel) + &constant("PLANE_LIMIT", plane_limit);
-    [&constants, ELEMENTARY, include_str!("percentage_closer.wgsl")].join("\n")
+    unroll(&[&constants, ELEMENTARY, include_str!("percentage_closer.wgsl")].join("\n"))
 }
 
 /// `const SIZE` and `const WEIGHTS` of a kernel.

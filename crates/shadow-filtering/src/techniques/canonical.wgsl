@@ -28,7 +28,7 @@ fn solve(b: array<f32, CHANNELS>, z_f: f32) -> Solution {
     solution.pivots[0] = 1.0;
     solution.taylor[0][0] = 1.0;
     var points = POINTS;
-    for (var k = 1u; k < POINTS; k++) {
+    for (var k = 1u; k < POINTS; k++) { if k < points {
         for (var j = 0u; j < k; j++) {
             var sum = hankel[k + j];
             for (var i = 0u; i < j; i++) {
@@ -57,16 +57,15 @@ fn solve(b: array<f32, CHANNELS>, z_f: f32) -> Solution {
             solution.singular = true;
             solution.pivots[k] = positive_pivot(pivot, hankel[2u * k]);
             points = k + 1u;
-            break;
         }
-    }
+    } }
     var q: array<f32, 4>;
-    for (var k = 0u; k < points; k++) {
+    for (var k = 0u; k < POINTS; k++) { if k < points {
         let factor = solution.taylor[k][0] / solution.pivots[k];
         for (var i = 0u; i <= k; i++) {
             q[i] = q[i] + factor * solution.taylor[k][i];
         }
-    }
+    } }
     if points == 2u {
         solution.w[0] = -(q[1] / q[0]);
     } else if points == 3u {
@@ -79,11 +78,11 @@ fn solve(b: array<f32, CHANNELS>, z_f: f32) -> Solution {
         solution.w[1] = roots.y;
         solution.w[2] = roots.z;
     }
-    for (var i = 0u; i < points; i++) {
+    for (var i = 0u; i < POINTS; i++) {
         solution.shifted[i] = hankel[i];
     }
-    for (var k = 1u; k < points; k++) {
-        for (var j = points - 1u; j >= k; j--) {
+    for (var k = 1u; k < POINTS; k++) {
+        for (var j = POINTS - 1u; j >= k; j--) {
             solution.shifted[j] = solution.shifted[j] - z_f * solution.shifted[j - 1u];
         }
     }
@@ -99,62 +98,64 @@ fn christoffel(solution: ptr<function, Solution>, w: f32) -> f32 {
     let x = select(w, 1.0 / w, is_near);
     let terms = select(n + 1u, n, (*solution).singular);
     var sum = 0.0;
-    for (var k = 0u; k < terms; k++) {
+    for (var k = 0u; k < POINTS; k++) { if k < terms {
         var value = 0.0;
-        for (var i = 0u; i <= n; i++) {
-            let place = select(i, n - i, is_near);
-            value = value * x + (*solution).taylor[k][place];
-        }
+        // Coefficients from the highest on, or to it; those above n are 0.
+        for (var i = 0u; i < POINTS; i++) { if is_near || i <= n {
+            value = value * x + select((*solution).taylor[k][i], (*solution).taylor[k][3u - i], is_near);
+        } }
         sum = sum + value * value / (*solution).pivots[k];
-    }
+    } }
     var weight = 1.0 / sum;
-    if !is_near {
-        for (var i = 0u; i < n; i++) {
-            weight = weight * (w * w);
-        }
+    for (var i = 0u; i < POINTS - 1u; i++) {
+        weight = select(weight, weight * (w * w), !is_near && i < n);
     }
     return weight;
 }
 
 // The mass in front of z_f as the expectation of the polynomial that is 1 at the points in front and 0 at the others.
 fn mass_before(solution: ptr<function, Solution>) -> f32 {
-    let n = (*solution).count;
+    // Ascending: points in front, z_f, points behind; points at infinity are left out.
     var nodes: array<f32, 4>;
     var table: array<f32, 4>;
     var count = 0u;
-    for (var i = n; i > 0u; i--) {
+    for (var i = POINTS - 1u; i > 0u; i--) {
         let w = (*solution).w[i - 1u];
-        if w < -TINY {
-            nodes[count] = 1.0 / w;
-            table[count] = 1.0;
+        if i <= (*solution).count && w < -TINY {
+            for (var slot = 0u; slot < POINTS; slot++) {
+                nodes[slot] = select(nodes[slot], 1.0 / w, slot == count);
+                table[slot] = select(table[slot], 1.0, slot == count);
+            }
             count++;
         }
     }
     count++;
-    for (var i = n; i > 0u; i--) {
+    for (var i = POINTS - 1u; i > 0u; i--) {
         let w = (*solution).w[i - 1u];
-        if w > TINY {
-            nodes[count] = 1.0 / w;
+        if i <= (*solution).count && w > TINY {
+            for (var slot = 0u; slot < POINTS; slot++) {
+                nodes[slot] = select(nodes[slot], 1.0 / w, slot == count);
+            }
             count++;
         }
     }
-    for (var order = 1u; order < count; order++) {
-        for (var i = count - 1u; i >= order; i--) {
+    for (var order = 1u; order < POINTS; order++) {
+        for (var i = POINTS - 1u; i >= order; i--) { if i < count {
             let step = nodes[i] - nodes[i - order];
             table[i] = select((table[i] - table[i - 1u]) / step, 0.0, step == 0.0);
-        }
+        } }
     }
     var coefficients: array<f32, 4>;
-    for (var i = count; i > 0u; i--) {
-        for (var j = count - 1u; j >= 1u; j--) {
+    for (var i = POINTS; i > 0u; i--) { if i <= count {
+        for (var j = POINTS - 1u; j >= 1u; j--) { if j < count {
             coefficients[j] = coefficients[j - 1u] - nodes[i - 1u] * coefficients[j];
-        }
+        } }
         coefficients[0] = table[i - 1u] - nodes[i - 1u] * coefficients[0];
-    }
+    } }
     var sum = 0.0;
-    for (var i = 0u; i < count; i++) {
+    for (var i = 0u; i < POINTS; i++) { if i < count {
         sum = sum + coefficients[i] * (*solution).shifted[i];
-    }
+    } }
     return sum;
 }
 
@@ -162,14 +163,12 @@ fn bounds(b: array<f32, CHANNELS>, z: f32) -> vec2<f32> {
     var solution = solve(b, variable(z));
     var front = 0.0;
     var behind = 0.0;
-    for (var i = 0u; i < solution.count; i++) {
+    for (var i = 0u; i < POINTS - 1u; i++) { if i < solution.count {
         let w = solution.w[i];
-        if w < 0.0 {
-            front = front + christoffel(&solution, w);
-        } else if w > 0.0 {
-            behind = behind + christoffel(&solution, w);
-        }
-    }
+        let weight = christoffel(&solution, w);
+        front = select(front, front + weight, w < 0.0);
+        behind = select(behind, behind + weight, w > 0.0);
+    } }
     let total = front + solution.at_z_f + behind;
     return ordered(smaller(front / total, mass_before(&solution)), 1.0 - behind / total);
 }

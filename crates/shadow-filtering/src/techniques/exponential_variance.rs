@@ -5,7 +5,7 @@
 //! darker one is taken. It is a bound, not the sharp one of its four moments (MSM15 section 3). An exponent c in s is
 //! an exponent 2 c in z: MSM15 writes e^(c z), implementations use s because it doubles what a format can hold.
 
-use super::variance::cantelli;
+use super::variance::{cantelli, rounding};
 use crate::error::FilteringError;
 use crate::real_time::{RealTime, in_real_time};
 use crate::technique::{StorageFormat, Technique, check_exponent, unit};
@@ -46,14 +46,32 @@ impl ExponentialVariance {
 
     fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
         let s = signed(unit(z_f));
-        let first = cantelli(filtered[0], filtered[1], (R::from_f64(self.positive) * s).exp());
+        let first = relative_cantelli(filtered[0], filtered[1], (R::from_f64(self.positive) * s).exp());
         match self.negative {
             None => first,
             Some(negative) => {
-                first.max(cantelli(filtered[2], filtered[3], -(R::from_f64(-negative) * s).exp()))
+                first.max(relative_cantelli(filtered[2], filtered[3], -(R::from_f64(-negative) * s).exp()))
             }
         }
     }
+}
+
+/// [`cantelli`] with everything divided by the mean: near either end of the depth range squares of warped depths are
+/// subnormal in single precision, and graphics processors take these for 0.
+fn relative_cantelli<R: Real>(mean: R, second: R, z_f: R) -> R {
+    let offset = z_f - mean;
+    if mean == R::zero() {
+        return cantelli(mean, second, z_f);
+    }
+    if !(offset > R::zero()) {
+        return R::zero();
+    }
+    let inverse = R::one() / mean;
+    let distance = offset * inverse;
+    let second = second * inverse * inverse;
+    let variance = (second + R::from_f64(rounding::<R>()) * second.abs() - R::one()).abs();
+    // In this form an infinite square of the distance gives 1.
+    (R::one() / (R::one() + variance / (distance * distance))).clamp_unit()
 }
 
 /// s = 2 z - 1.
