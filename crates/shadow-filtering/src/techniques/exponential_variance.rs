@@ -63,7 +63,7 @@ fn relative_cantelli<R: Real>(mean: R, second: R, z_f: R) -> R {
     if mean == R::zero() {
         return cantelli(mean, second, z_f);
     }
-    if !(offset > R::zero()) {
+    if offset <= R::zero() {
         return R::zero();
     }
     let inverse = R::one() / mean;

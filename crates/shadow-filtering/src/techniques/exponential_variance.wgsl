@@ -22,7 +22,7 @@ fn relative_cantelli(mean: f32, second: f32, z_f: f32) -> f32 {
     if mean == 0.0 {
         return cantelli(mean, second, z_f);
     }
-    if !(offset > 0.0) {
+    if offset <= 0.0 {
         return 0.0;
     }
     let inverse = 1.0 / mean;
