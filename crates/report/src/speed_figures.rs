@@ -142,6 +142,21 @@ fn with_front(mut marks: Vec<Mark>) -> Vec<Mark> {
     marks
 }
 
+/// Round numbers within a logarithmic axis, few for many decades and many for few.
+fn log_ticks(from: f64, to: f64) -> Vec<f64> {
+    let decades = (to / from).log10();
+    let leading: &[f64] = if decades > 2.5 {
+        &[1.0]
+    } else if decades > 0.9 {
+        &[1.0, 2.0, 5.0]
+    } else {
+        &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+    };
+    let exponents = from.log10().floor() as i32..=to.log10().ceil() as i32;
+    let ticks = exponents.flat_map(|e| leading.iter().map(move |leading| leading * 10f64.powi(e)));
+    ticks.filter(|tick| (from..=to).contains(tick)).collect()
+}
+
 impl Scatter<'_> {
     fn draw(&self, area: &Area<'_>) -> Drawn {
         let (plot, key) = area.split_vertically(area.dim_in_pixel().1 as i32 - 74 * FINE as i32);
@@ -154,11 +169,12 @@ impl Scatter<'_> {
         let mut builder = ChartBuilder::on(&plot);
         builder.margin_left(6 * FINE).margin_right(20 * FINE).margin_top(10 * FINE);
         builder.x_label_area_size(44 * FINE).y_label_area_size(58 * FINE);
-        let mut chart =
-            builder.build_cartesian_2d((0.85 * least..1.3 * most).log_scale(), 0.0..1.06 * top)?;
+        let (from, to) = (0.85 * least, 1.3 * most);
+        let axis = (from..to).log_scale().with_key_points(log_ticks(from, to));
+        let mut chart = builder.build_cartesian_2d(axis, 0.0..1.06 * top)?;
         let percent = |value: &f64| format!("{:.0} %", 100.0 * value);
         let plain = |value: &f64| {
-            if *value >= 10.0 { format!("{value:.0}") } else { format!("{value}") }
+            if *value >= 10.0 { format!("{value:.0}") } else { format!("{}", (value * 1e6).round() / 1e6) }
         };
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(2));
