@@ -33,3 +33,20 @@ fn every_committed_figure_and_page_follows_from_its_records() {
     }
     assert!(compared > 0, "nothing was compared");
 }
+
+#[test]
+fn the_table_of_the_papers_follows_from_the_committed_runs() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let results = folders(&root.join("results"));
+    let runs: Vec<RunDirectory> = results
+        .iter()
+        .flat_map(|experiment| folders(experiment))
+        .map(|run| RunDirectory::open(&run).unwrap())
+        .collect();
+    let table = report::comparison(&runs).unwrap();
+    assert!(table.lines().count() > 20, "{table}");
+    for page in ["README.md", "results/README.md"] {
+        let text = std::fs::read_to_string(root.join(page)).unwrap();
+        assert!(text.contains(&table), "{page} lacks\n{table}");
+    }
+}

@@ -16,6 +16,9 @@ pub struct Arguments {
     /// One page about all of them, self-contained.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// The papers' numbers beside those of all runs, as a Markdown table.
+    #[arg(long, value_name = "FILE")]
+    comparison: Option<PathBuf>,
     #[command(flatten)]
     output: Output,
 }
@@ -41,6 +44,11 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.html {
         let page = ::report::html(&runs).map_err(anyhow::Error::from)?;
         write_whole(path, page.as_bytes()).map_err(failure)?;
+        answer.written.push(path.display().to_string());
+    }
+    if let Some(path) = &arguments.comparison {
+        let table = ::report::comparison(&runs).map_err(anyhow::Error::from)?;
+        write_whole(path, table.as_bytes()).map_err(failure)?;
         answer.written.push(path.display().to_string());
     }
     arguments.output.emit(&answer, |out| answer.written.iter().try_for_each(|file| writeln!(out, "{file}")))

@@ -1,6 +1,7 @@
 //! One self-contained page about several runs: no network, no build step, works from disk.
 
 use crate::error::ReportError;
+use crate::published::comparison;
 use base64::Engine;
 use evaluation::{Experiment, Kind, PictureSetting, RunDirectory, Scale, SpeedAccuracyRecord};
 use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd};
@@ -46,11 +47,16 @@ pub fn html(runs: &[RunDirectory]) -> Result<String, ReportError> {
         sections += &body(run)?;
         sections += "</section>\n";
     }
+    let mut papers = String::new();
+    pulldown_cmark::html::push_html(
+        &mut papers,
+        with_scrolling_tables(Parser::new_ext(&comparison(runs)?, Options::ENABLE_TABLES)).into_iter(),
+    );
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, \
          initial-scale=1\">\n<title>msm: filterable shadow maps, measured</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <header><h1>Filterable shadow maps, measured</h1>\n<nav aria-label=\"experiments\"><ul>\n{links}</ul></nav></header>\n<main>\n\
-         {sections}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+         <header><h1>Filterable shadow maps, measured</h1>\n<nav aria-label=\"experiments\"><ul>\n<li><a href=\"#papers\">the papers</a></li>\n{links}</ul></nav></header>\n<main>\n\
+         <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
     ))
 }
 
@@ -128,20 +134,31 @@ fn body(run: &RunDirectory) -> Result<String, ReportError> {
             }
             // The page's own comment about how it was made.
             Event::Html(_) => {}
-            Event::Start(Tag::Table(_)) => {
-                events.push(Event::Html(CowStr::from("<div class=\"table\" tabindex=\"0\">")));
-                events.push(event);
-            }
-            Event::End(TagEnd::Table) => {
-                events.push(event);
-                events.push(Event::Html(CowStr::from("</div>")));
-            }
             _ => events.push(event),
         }
     }
     let mut html = String::new();
-    pulldown_cmark::html::push_html(&mut html, events.into_iter());
+    pulldown_cmark::html::push_html(&mut html, with_scrolling_tables(events).into_iter());
     Ok(html)
+}
+
+/// Tables in boxes that scroll: wide ones must not widen the page.
+fn with_scrolling_tables<'a>(events: impl IntoIterator<Item = Event<'a>>) -> Vec<Event<'a>> {
+    let mut all = Vec::new();
+    for event in events {
+        match event {
+            Event::Start(Tag::Table(_)) => {
+                all.push(Event::Html(CowStr::from("<div class=\"table\" tabindex=\"0\">")));
+                all.push(event);
+            }
+            Event::End(TagEnd::Table) => {
+                all.push(event);
+                all.push(Event::Html(CowStr::from("</div>")));
+            }
+            _ => all.push(event),
+        }
+    }
+    all
 }
 
 /// SVG as it is, other pictures as data.

@@ -4,6 +4,7 @@ use crate::bounds_figures;
 use crate::bounds_summary::{Row, Tables, answer};
 use crate::canvas::NamedFigure;
 use crate::error::ReportError;
+use crate::published::{self, Published};
 use crate::quantization_summary::QuantizationTables;
 use crate::search_summary::SearchTables;
 use crate::speed_summary::SpeedTables;
@@ -44,6 +45,7 @@ fn filterable_files(
         answer: tables.answer(experiment),
         table: filterable_tables::markdown(experiment, &tables),
         figures: files.iter().map(|figure| (figure.id.as_str(), figure.title.as_str())).collect(),
+        published: published::of_filterable(&tables, experiment),
         provenance: run.provenance()?,
     };
     let page = RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() };
@@ -67,6 +69,7 @@ fn quantization_files(
         answer: tables.answer(),
         table: quantization_tables::markdown(&tables),
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
+        published: published::of_quantization(&tables),
         provenance: run.provenance()?,
     };
     Ok(with_page(&page, &figures))
@@ -84,6 +87,7 @@ fn with_page(page: &Page<'_>, figures: &[NamedFigure]) -> Vec<RecordedFile> {
 
 fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec<RecordedFile>, ReportError> {
     let tables = SearchTables::read(run)?;
+    let provenance = run.provenance()?;
     let figures = search_figures::draw(&tables)?;
     let page = Page {
         question: &experiment.question,
@@ -91,7 +95,8 @@ fn search_files(run: &RunDirectory, experiment: &SearchExperiment) -> Result<Vec
         answer: tables.answer(),
         table: search_tables::markdown(experiment, &tables),
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
-        provenance: run.provenance()?,
+        published: published::of_search(&tables, experiment, &provenance),
+        provenance,
     };
     Ok(with_page(&page, &figures))
 }
@@ -108,6 +113,7 @@ fn stability_files(
         answer: tables.answer(),
         table: stability_tables::markdown(&tables),
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
+        published: Vec::new(),
         provenance: run.provenance()?,
     };
     Ok(with_page(&page, &figures))
@@ -125,6 +131,7 @@ fn speed_files(
         answer: tables.answer(),
         table: speed_tables::markdown(experiment, &tables),
         figures: figures.iter().map(|figure| (figure.id, figure.title)).collect(),
+        published: published::of_speed(&tables),
         provenance: run.provenance()?,
     };
     Ok(with_page(&page, &figures))
@@ -147,6 +154,7 @@ fn bounds_files(run: &RunDirectory, bounds: &BoundsExperiment) -> Result<Vec<Rec
         answer: answer(bounds, &tables, &rows),
         table: table(&rows),
         figures,
+        published: Vec::new(),
         provenance: run.provenance()?,
     };
     files.push(RecordedFile { name: "README.md".to_owned(), bytes: page.markdown().into_bytes() });
@@ -168,6 +176,7 @@ struct Page<'a> {
     answer: String,
     table: String,
     figures: Vec<(&'a str, &'a str)>,
+    published: Vec<Published>,
     provenance: Provenance,
 }
 
@@ -182,6 +191,10 @@ impl Page<'_> {
         line(&format!("**Question.** {}\n", self.question.trim()));
         line(&format!("**Expected.** {}\n", self.expectation.trim()));
         line(&format!("**Answer.** {}\n", self.answer));
+        if !self.published.is_empty() {
+            line("### What the papers publish\n");
+            line(&published::table(&self.published));
+        }
         for (id, title) in &self.figures {
             line(&format!("![{title}]({id}.svg)\n"));
         }

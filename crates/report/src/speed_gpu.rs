@@ -52,6 +52,49 @@ impl SpeedTables {
         Some((*times.first()?, times[times.len() / 2], *times.last()?))
     }
 
+    /// Frame times of techniques by bits a texel, over all that a shader computes without a costly root.
+    pub(crate) fn times_by_bits(&self) -> Option<String> {
+        let mut by_bits: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+        for record in self.full() {
+            if let Some((_, time, _)) = self.gpu_time(&record.technique, &record.format) {
+                let range = by_bits.entry(record.bits_per_texel).or_insert((time, time));
+                *range = (range.0.min(time), range.1.max(time));
+            }
+        }
+        let of = |(bits, (least, most)): (&usize, &(f64, f64))| {
+            if least == most {
+                format!("{bits} bits: {least:.2} ms")
+            } else {
+                format!("{bits} bits: {least:.2} to {most:.2} ms")
+            }
+        };
+        let all: Vec<String> = by_bits.iter().map(of).collect();
+        (!all.is_empty())
+            .then(|| format!("{} (trigonometric and six moments are the slow ones)", all.join("; ")))
+    }
+
+    /// The sizes at which a technique is faster than percentage-closer filtering, and those at which it is not.
+    pub(crate) fn faster_than_comparison(&self, key: (&str, &str)) -> Option<String> {
+        self.gpu_time(key.0, key.1)?;
+        let median = |key, at| {
+            let times = self.frame_times(key, at, |pass| pass == WHOLE_FRAME);
+            times.get(times.len() / 2).copied()
+        };
+        let (mut faster, mut slower) = (Vec::new(), Vec::new());
+        for at in self.points() {
+            let ratio = median(key, at)? / median(("PCF with receiver plane", "depth"), at)?;
+            let (map, width, height, kernel) = at;
+            let name = format!("{map}², {width}x{height}, {kernel}x{kernel}: {ratio:.2}");
+            if ratio < 1.0 { faster.push(name) } else { slower.push(name) }
+        }
+        let list = |names: Vec<String>| if names.is_empty() { "none".to_owned() } else { names.join("; ") };
+        Some(format!(
+            "Time over that of PCF with its receiver plane (map, output, kernel). Faster at {}. Slower at {}",
+            list(faster),
+            list(slower)
+        ))
+    }
+
     /// What is said of the graphics processor in the answer.
     pub(crate) fn gpu_sentence(&self) -> String {
         let Some(gpu) = &self.gpu else { return "No GPU times were asked for.".to_owned() };

@@ -1,5 +1,6 @@
 //! What the papers say in words about stability, beside what was measured.
 
+use crate::published::Published;
 use crate::stability_summary::{Inputs, StabilityTables};
 use crate::stability_tables::two_digits;
 use evaluation::Shape;
@@ -179,6 +180,15 @@ impl StabilityTables<'_> {
     fn alpha(&self, name: &str) -> Option<f64> {
         self.experiment.method.iter().find(|method| method.name == name).map(|method| method.alpha)
     }
+}
+
+/// The claims as rows of the table of all papers.
+pub(crate) fn published(tables: &StabilityTables<'_>) -> Vec<Published> {
+    let row = |claim: &Claim| {
+        let measured = (claim.measured)(tables)?;
+        Some(Published { source: claim.source, says: claim.says.to_owned(), measured })
+    };
+    CLAIMS.iter().filter_map(row).collect()
 }
 
 /// The claims whose methods the experiment has; nothing without scenes.
