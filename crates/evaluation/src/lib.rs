@@ -55,3 +55,8 @@ pub use stability::{
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Storage, Timed,
     WorstRecord,
 };
+
+/// The example of the README, compiled and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
