@@ -42,6 +42,7 @@ macro_rules! in_real_time {
             $($more)?
 
             fn shader(&self) -> Option<String> {
+                #[allow(unused_imports, reason = "a technique may have no shader")]
                 use crate::shaders;
                 let $technique = self;
                 $shader
