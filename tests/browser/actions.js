@@ -20,7 +20,7 @@
   first.focus();
   first.dispatchEvent(new FocusEvent("focus"));
   seen.focused = output.textContent;
-  const search = document.querySelector("input[type=search]");
+  const search = document.querySelector("#speed-accuracy input[type=search]");
   const table = search.nextElementSibling.querySelector("table");
   const rows = () => [...table.tBodies[0].rows].filter((row) => !row.hidden);
   seen.rows = rows().length;
@@ -58,6 +58,44 @@
   set(zoom, 4);
   seen.zoomed = different(both, pixels());
   seen.comparer = canvas.getAttribute("aria-label");
+  const right = comparer.querySelectorAll("select")[comparer.querySelectorAll("select").length - 1];
+  set(zoom, 1);
+  set(slider, 0);
+  const plain = pixels();
+  set(right, 1);
+  const change = pixels();
+  // Grey wherever the technique and PCF agree.
+  let agree = 0;
+  let grey = 0;
+  for (let i = 0; i < change.length; i += 4) {
+    if (pcf[i] !== plain[i] || pcf[i + 1] !== plain[i + 1] || pcf[i + 2] !== plain[i + 2]) continue;
+    agree += 1;
+    grey += change[i] === 128 && change[i + 1] === 128;
+  }
+  seen.difference = [agree, grey, different(change, plain)];
+  // A candidate by its functions in any order and spelling, and one that is not there.
+  const candidates = document.querySelector(".candidates");
+  const find = (text) => {
+    set(candidates.querySelector("input"), text);
+    return candidates.querySelector("output").textContent;
+  };
+  seen.candidate = find("Z^3,z ,z^4, z^2");
+  seen.candidate_line = candidates.querySelectorAll("svg line").length;
+  seen.candidates_with = find("z, z^2");
+  seen.no_candidate = find("z, tan(z)");
+  seen.listed = (find("z"), candidates.querySelectorAll("li").length);
+  // Values under the pointer: a mark of a chart, a cell of a grid.
+  const tip = document.querySelector(".tip");
+  const point = (node) => {
+    const box = node.getBoundingClientRect();
+    node.dispatchEvent(new PointerEvent("pointermove", { bubbles: true, clientX: box.left + box.width / 2, clientY: box.top + box.height / 2 }));
+    return tip.hidden ? "" : tip.textContent;
+  };
+  seen.spot = point(document.querySelector(".figure .spot"));
+  seen.cell = point(document.querySelector(".figure .grid"));
+  document.body.dispatchEvent(new PointerEvent("pointermove", { bubbles: true }));
+  seen.tip_left = tip.hidden;
+  seen.papers = document.querySelectorAll("#papers tbody tr").length;
   seen.figures = document.querySelectorAll(".figure").length;
   seen.overflows = document.documentElement.scrollWidth > document.documentElement.clientWidth + 1;
   const note = document.createElement("pre");

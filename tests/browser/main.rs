@@ -48,7 +48,7 @@ fn chromium() -> Option<PathBuf> {
 fn page(folder: &Path) -> Result<String, Failed> {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let mut runs = Vec::new();
-    for experiment in ["speed-accuracy", "filterable", "candidate-search"] {
+    for experiment in ["speed-accuracy", "filterable", "candidate-search", "stability"] {
         let all = std::fs::read_dir(results.join(experiment))?;
         let newest = all.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).max();
         let from = newest.ok_or("no recorded run")?;
@@ -140,6 +140,20 @@ fn report_works(program: &Path) -> Result<(), Failed> {
     assert!(number("zoomed") > 1000, "{seen}");
     assert!(seen["comparer"].as_str().unwrap_or_default().contains("zoom 4"), "{seen}");
     assert!(number("figures") > 8, "{seen}");
+    let difference: Vec<u64> =
+        seen["difference"].as_array().ok_or("none")?.iter().filter_map(Value::as_u64).collect();
+    let [agree, grey, changed] = difference[..] else { return Err(format!("{seen}").into()) };
+    assert!(agree > 1000 && grey == agree && changed > agree / 2, "{seen}");
+    let text = |key: &str| seen[key].as_str().unwrap_or_default().to_owned();
+    assert!(text("candidate").starts_with("rank ") && text("candidate").contains(" of 66045: 5."), "{seen}");
+    assert_eq!(number("candidate_line"), 1, "{seen}");
+    assert!(text("candidates_with").starts_with("595 of 66045"), "{seen}");
+    assert_eq!(text("no_candidate"), "not in the family: tan(z)");
+    assert_eq!(number("listed"), 8, "{seen}");
+    assert!(text("spot").contains("error") && text("spot").contains('%'), "{seen}");
+    assert!(text("cell").contains("largest error") || text("cell").contains("no inputs"), "{seen}");
+    assert_eq!(seen["tip_left"], true, "{seen}");
+    assert!(number("papers") > 20, "{seen}");
     Ok(())
 }
 

@@ -47,8 +47,8 @@ pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use speed_accuracy::{
     Advice, AdviceOptions, Blend, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES,
-    FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare, PictureSetting,
-    SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming, SpeedViewRecord,
+    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare,
+    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming, SpeedViewRecord,
 };
 pub use stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,

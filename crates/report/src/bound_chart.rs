@@ -47,7 +47,8 @@ impl BoundChart<'_> {
         for (curve, (colour, width)) in references.chain([(&self.given, (VERMILLION, 10))]) {
             let lower = Stroke { colour, width, dashed: false };
             let upper = Stroke { dashed: true, ..lower };
-            let part = |stroke, choose: fn((f64, f64)) -> f64| Curve {
+            let part = |stroke: Stroke, choose: fn((f64, f64)) -> f64| Curve {
+                name: format!("{} {}", if stroke.dashed { "upper" } else { "lower" }, curve.name),
                 points: curve.points.iter().map(|&(z, bounds)| (z, bounds.map(choose))).collect(),
                 stroke,
             };

@@ -118,6 +118,7 @@ impl Sheet<'_> {
         let curves = self.techniques(panel).map(|(technique, colour)| {
             let records = self.tables.of(&self.figure.id, &self.figure.kernels[kernel], &technique.name);
             Curve {
+                name: technique.name.clone(),
                 points: records.map(|r| (r.z_f, r.lower.filter(|_| r.error.is_empty()))).collect(),
                 stroke: lower_stroke(colour),
             }

@@ -1,6 +1,7 @@
 //! Shared drawing: an SVG canvas, colours that the colour-blind can tell apart, charts of distribution functions.
 
 use crate::error::ReportError;
+use crate::hover;
 use moment_problem::DepthDistribution;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -46,6 +47,8 @@ pub(crate) fn svg(
     (width, height): (u32, u32),
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<String, ReportError> {
+    // What a drawing that failed may have left.
+    hover::take();
     let mut text = String::new();
     let fine = (width * FINE, height * FINE);
     {
@@ -56,7 +59,8 @@ pub(crate) fn svg(
             .map_err(|error| ReportError::Drawing { figure: figure.to_owned(), reason: error.to_string() })?;
     }
     let size = |(width, height)| format!("width=\"{width}\" height=\"{height}\" viewBox");
-    Ok(text.replacen(&size(fine), &size((width, height)), 1))
+    let text = text.replacen(&size(fine), &size((width, height)), 1);
+    Ok(text.replacen("</svg>", &format!("{}</svg>", hover::take()), 1))
 }
 
 /// Sans-serif text of so many pixels.
@@ -73,6 +77,7 @@ pub(crate) fn anchored(pixels: u32, horizontal: HPos, vertical: VPos) -> TextSty
 
 /// A polyline in a chart; it is interrupted where there is no value.
 pub(crate) struct Curve {
+    pub(crate) name: String,
     pub(crate) points: Vec<(f64, Option<f64>)>,
     pub(crate) stroke: Stroke,
 }
@@ -182,6 +187,13 @@ impl Chart<'_> {
                 }
             }
         }
+        for strip in 0..STRIPS {
+            let depth = |share: f64| self.depths.0 + share * (self.depths.1 - self.depths.0);
+            let at = |strip: usize| depth(strip as f64 / STRIPS as f64);
+            let middle = depth((strip as f64 + 0.5) / STRIPS as f64);
+            let corner = |depth: f64, height: f64| chart.backend_coord(&(depth, height));
+            hover::spot([corner(at(strip), 1.02), corner(at(strip + 1), -0.04)], &self.values(middle));
+        }
         for (i, arrow) in self.arrows.iter().enumerate() {
             let height = top - ARROW_ROW * (i as f64 + 0.8);
             let shaft = PathElement::new(
@@ -197,6 +209,27 @@ impl Chart<'_> {
             chart.draw_series([Text::new(arrow.text.clone(), (arrow.depth, height), style)])?;
         }
         Ok(())
+    }
+}
+
+/// Strips of a chart that have one value for the reader who points at it.
+const STRIPS: usize = 60;
+
+impl Chart<'_> {
+    /// F and every curve at a depth, between the nearest points.
+    fn values(&self, depth: f64) -> String {
+        let mut values = vec![];
+        values.extend(self.distribution.map(|z| format!("F {:.3}", z.cdf(depth))));
+        for curve in &self.curves {
+            let after = curve.points.partition_point(|(x, _)| *x < depth);
+            let between =
+                after.checked_sub(1).and_then(|i| Some((curve.points.get(i)?, curve.points.get(after)?)));
+            if let Some((&(x0, Some(y0)), &(x1, Some(y1)))) = between {
+                let share = if x1 > x0 { (depth - x0) / (x1 - x0) } else { 0.0 };
+                values.push(format!("{} {:.3}", curve.name, y0 + share * (y1 - y0)));
+            }
+        }
+        format!("z_f = {depth:.3}: {}", values.join(", "))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Recorded error maps side by side, coloured and labelled.
 
 use crate::error::ReportError;
+use crate::hover::escaped;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use evaluation::EvaluationError;
@@ -133,10 +134,6 @@ fn coloured(path: &Path, palette: Palette) -> Result<Vec<u8>, ReportError> {
     writer.write_image_data(image.as_raw()).map_err(|error| input(error.to_string()))?;
     writer.finish().map_err(|error| input(error.to_string()))?;
     Ok(out)
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

@@ -92,7 +92,11 @@ fn kernel(tables: &Tables, picture: &Picture) -> Result<FilterableFigure, Report
         // Good techniques coincide for long stretches: a wide line shows beneath a narrow one.
         let width = 5 + 3 * (picture.techniques.len() - 1 - i) as u32;
         let stroke = Stroke { colour, width, dashed: false };
-        curves.push(Curve { points: points.map(|r| (r.z_f, r.intensity)).collect(), stroke });
+        curves.push(Curve {
+            name: name.clone(),
+            points: points.map(|r| (r.z_f, r.intensity)).collect(),
+            stroke,
+        });
         entries.push((stroke, name.clone()));
     }
     let arrows = first.receiver.map(|depth| Arrow {

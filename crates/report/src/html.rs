@@ -1,9 +1,14 @@
 //! One self-contained page about several runs: no network, no build step, works from disk.
 
 use crate::error::ReportError;
+use crate::hover::escaped;
 use crate::published::comparison;
-use base64::Engine;
-use evaluation::{Experiment, Kind, PictureSetting, RunDirectory, Scale, SpeedAccuracyRecord};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use evaluation::{
+    Experiment, Kind, PictureSetting, RunDirectory, Scale, SearchRecord, SpeedAccuracyExperiment,
+    SpeedAccuracyRecord, SpeedViewRecord,
+};
 use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd};
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -36,15 +41,7 @@ pub fn html(runs: &[RunDirectory]) -> Result<String, ReportError> {
         // Writing to a string cannot fail.
         let _ = writeln!(links, "<li><a href=\"#{id}\">{}</a></li>", escaped(&name));
         let _ = writeln!(sections, "<section id=\"{id}\">\n<h2>{}</h2>", escaped(&name));
-        if let Some(points) = points(run)? {
-            let json = serde_json::to_string(&points).unwrap_or_default();
-            let _ = writeln!(
-                sections,
-                "<div class=\"explorer\" data-points=\"{}\"></div>\n<noscript>The chart below is the same without filters.</noscript>",
-                escaped(&json)
-            );
-        }
-        sections += &body(run)?;
+        sections += &body(run, &explorers(run)?)?;
         sections += "</section>\n";
     }
     let mut papers = String::new();
@@ -60,14 +57,30 @@ pub fn html(runs: &[RunDirectory]) -> Result<String, ReportError> {
     ))
 }
 
+/// What a reader can play with: charts with filters, and pictures to compare.
+fn explorers(run: &RunDirectory) -> Result<String, ReportError> {
+    let mut html = String::new();
+    if let Some(points) = points(run)? {
+        let json = serde_json::to_string(&points).unwrap_or_default();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            html,
+            "<div class=\"explorer\" data-points=\"{}\"></div>\n<noscript>The chart below is the same without filters.</noscript>",
+            escaped(&json)
+        );
+    }
+    if let Some(candidates) = candidates(run)? {
+        let json = serde_json::to_string(&candidates).unwrap_or_default();
+        let _ = writeln!(html, "<div class=\"candidates\" data-candidates=\"{}\"></div>", escaped(&json));
+    }
+    html += &every_view(run)?;
+    Ok(html)
+}
+
 /// The experiment's name: the directory above the run's.
 fn title(run: &RunDirectory) -> String {
     let parent = run.path().parent().and_then(|path| path.file_name());
     parent.map(|name| name.to_string_lossy().into_owned()).unwrap_or_else(|| "run".to_owned())
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// The best of each technique, format and size over all fragments, for runs that have them.
@@ -89,32 +102,113 @@ fn points(run: &RunDirectory) -> Result<Option<Vec<Point>>, ReportError> {
     Ok(Some(best.map(point).collect()))
 }
 
-/// Pictures of techniques side by side, for runs that have them.
-fn side_by_side(run: &RunDirectory) -> Result<Vec<PictureSetting>, ReportError> {
+/// The experiment of a run that compares speed and accuracy.
+fn speed_accuracy(run: &RunDirectory) -> Result<Option<SpeedAccuracyExperiment>, ReportError> {
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
     Ok(match experiment.kind {
-        Kind::SpeedAccuracy(speed) => speed.picture,
-        _ => Vec::new(),
+        Kind::SpeedAccuracy(speed) => Some(speed),
+        _ => None,
     })
 }
 
-/// Two columns of a picture under a slider.
-fn comparer(picture: &PictureSetting) -> String {
-    let [width, height] = picture.output;
-    let names = serde_json::to_string(&picture.techniques).unwrap_or_default();
+/// A picture whose columns are compared.
+#[derive(Serialize)]
+struct Compared {
+    name: String,
+    source: String,
+}
+
+/// Two columns of a picture under a slider; the first of all where there are several.
+fn comparer(pictures: &[PictureSetting], sources: &[Compared]) -> String {
+    let Some(first) = pictures.first() else { return String::new() };
+    let [width, height] = first.output;
+    let names = serde_json::to_string(&first.techniques).unwrap_or_default();
+    let sources = serde_json::to_string(sources).unwrap_or_default();
     format!(
-        "<div class=\"comparer\" data-width=\"{width}\" data-height=\"{height}\" data-names=\"{}\"></div>\n",
-        escaped(&names)
+        "<div class=\"comparer\" data-width=\"{width}\" data-height=\"{height}\" data-names=\"{}\" data-pictures=\"{}\"></div>\n",
+        escaped(&names),
+        escaped(&sources)
     )
 }
 
-/// The run's page with its pictures inside.
-fn body(run: &RunDirectory) -> Result<String, ReportError> {
-    let pictures = side_by_side(run)?;
+/// The pictures of all views, for runs that have them.
+fn every_view(run: &RunDirectory) -> Result<String, ReportError> {
+    let Some(experiment) = speed_accuracy(run)?.filter(|speed| speed.every_view.is_some()) else {
+        return Ok(String::new());
+    };
+    let views: Vec<SpeedViewRecord> = run.rows("views.csv")?;
+    let views = views.iter().map(|view| (view.scene.as_str(), view.view.as_str()));
+    let pictures = experiment.pictures_of_views(views);
+    let source = |picture: &PictureSetting| {
+        let name = format!("{}, {}", picture.scene, picture.view);
+        Ok(Compared { name, source: data(run, &format!("{}.png", picture.id))? })
+    };
+    let sources = pictures.iter().map(source).collect::<Result<Vec<_>, ReportError>>()?;
+    Ok(comparer(&pictures, &sources))
+}
+
+/// All candidates of a search in little space.
+#[derive(Serialize)]
+struct Candidates {
+    functions: Vec<String>,
+    sizes: Vec<CandidatesOfSize>,
+}
+
+/// Best first: for each candidate its functions' places, a byte each, and the error in units of 1e-7, four bytes with the
+/// least first; in base 64.
+#[derive(Serialize)]
+struct CandidatesOfSize {
+    m: usize,
+    data: String,
+}
+
+fn candidates(run: &RunDirectory) -> Result<Option<Candidates>, ReportError> {
+    if !run.path().join("stages.csv").is_file() {
+        return Ok(None);
+    }
+    let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
+    let mut functions: Vec<String> = match experiment.kind {
+        Kind::Search(search) => search.functions()?.iter().map(|f| f.name().to_owned()).collect(),
+        _ => Vec::new(),
+    };
+    let mut sizes: Vec<(usize, Vec<u8>)> = Vec::new();
+    for record in run.rows::<SearchRecord>("records.csv")?.iter().filter(|r| r.fragments > 0) {
+        let place = sizes.iter().position(|(m, _)| *m == record.m).unwrap_or_else(|| {
+            sizes.push((record.m, Vec::new()));
+            sizes.len() - 1
+        });
+        for function in record.basis.split(", ") {
+            let index = functions.iter().position(|known| known == function).unwrap_or_else(|| {
+                functions.push(function.to_owned());
+                functions.len() - 1
+            });
+            sizes[place].1.push(index as u8);
+        }
+        sizes[place].1.extend(((record.l1_error * 1e7).round() as u32).to_le_bytes());
+    }
+    let encode = |(m, bytes): (usize, Vec<u8>)| CandidatesOfSize { m, data: STANDARD.encode(bytes) };
+    let sizes = sizes.into_iter().map(encode).collect();
+    Ok(Some(Candidates { functions, sizes }))
+}
+
+/// A recorded PNG as an address.
+fn data(run: &RunDirectory, file: &str) -> Result<String, ReportError> {
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(run.bytes(file)?)))
+}
+
+/// The run's page with its pictures inside and `explorers` below the answer.
+fn body(run: &RunDirectory, explorers: &str) -> Result<String, ReportError> {
     let text = run.text("README.md")?;
+    let answer = text.find("**Answer.**").unwrap_or_default();
+    let end = text[answer..].find("\n\n").map_or(text.len(), |end| answer + end);
+    Ok(rendered(run, &text[..end])? + explorers + &rendered(run, &text[end..])?)
+}
+
+fn rendered(run: &RunDirectory, text: &str) -> Result<String, ReportError> {
+    let pictures = speed_accuracy(run)?.map(|speed| speed.picture).unwrap_or_default();
     let mut events = Vec::new();
     let mut picture: Option<(String, String)> = None;
-    for event in Parser::new_ext(&text, Options::ENABLE_TABLES) {
+    for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
         match event {
             Event::Start(Tag::Image { dest_url, .. }) => {
                 picture = Some((dest_url.to_string(), String::new()))
@@ -123,7 +217,9 @@ fn body(run: &RunDirectory) -> Result<String, ReportError> {
                 if let Some((file, title)) = picture.take() {
                     let mut html = figure(run, &file, &title)?;
                     let compared = pictures.iter().find(|picture| format!("{}.png", picture.id) == file);
-                    html += &compared.map(comparer).unwrap_or_default();
+                    html += &compared
+                        .map(|picture| comparer(std::slice::from_ref(picture), &[]))
+                        .unwrap_or_default();
                     events.push(Event::InlineHtml(CowStr::from(html)));
                 }
             }
@@ -169,9 +265,7 @@ fn figure(run: &RunDirectory, file: &str, title: &str) -> Result<String, ReportE
         let start = svg.find("<svg").unwrap_or_default();
         svg[start..].replacen("<svg", &format!("<svg role=\"img\" aria-label=\"{label}\""), 1)
     } else {
-        let bytes = run.bytes(file)?;
-        let data = base64::engine::general_purpose::STANDARD.encode(bytes);
-        format!("<img alt=\"{label}\" src=\"data:image/png;base64,{data}\">")
+        format!("<img alt=\"{label}\" src=\"{}\">", data(run, file)?)
     };
     Ok(format!(
         "<span class=\"figure\" tabindex=\"0\">{picture}<span class=\"caption\">{label}</span></span>"

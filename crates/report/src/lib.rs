@@ -10,6 +10,7 @@ mod filterable_figures;
 mod filterable_order;
 mod filterable_summary;
 mod filterable_tables;
+mod hover;
 mod html;
 mod published;
 mod quantization_figures;

@@ -4,6 +4,7 @@ use crate::canvas::{
     Area, BLACK, CURVE_COLOURS, Drawn, FINE, LEGEND_ROW, NamedFigure, Stroke, anchored, font, legend, svg,
 };
 use crate::error::ReportError;
+use crate::hover;
 use crate::quantization_summary::QuantizationTables;
 use evaluation::{CodeRecord, HullRecord, QuantizationRecord};
 use plotters::prelude::*;
@@ -278,6 +279,12 @@ fn panel(
         let style = stroke.colour.stroke_width(stroke.width);
         let height = |y: f64| if quantity.floor { y } else { y.max(f64::MIN_POSITIVE).log10() };
         let points: Vec<(f64, f64)> = points.iter().map(|&(x, y)| (x, height(y))).collect();
+        for &(x, y) in points.iter().filter(|(_, y)| (least..=top).contains(y)) {
+            let shown =
+                if quantity.floor { format!("{:.2} %", 100.0 * y) } else { format!("{:.1e}", 10f64.powf(y)) };
+            let label = format!("{transform} ({range}), {format}, alpha = {x:.1e}: {shown}");
+            hover::around(chart.backend_coord(&(x, y)), 5 * FINE as i32, &label);
+        }
         for piece in points.split(|&(_, y)| y < least || y > top) {
             if stroke.dashed {
                 chart.draw_series(DashedLineSeries::new(piece.to_vec(), 5 * FINE, 4 * FINE, style))?;

@@ -47,12 +47,13 @@ for (const figure of document.querySelectorAll(".figure")) {
   figure.addEventListener("keydown", (event) => { if (event.key === "Enter") toggle(); });
 }
 
-// Percentage-closer filtering on the left of a slider, a technique on the right, with zoom; drag to move.
+// Percentage-closer filtering on the left of a slider, a technique or its difference on the right, with zoom; drag to move.
 for (const comparer of document.querySelectorAll(".comparer")) {
-  const image = comparer.previousElementSibling.querySelector("img");
   const [width, height] = [Number(comparer.dataset.width), Number(comparer.dataset.height)];
   const names = JSON.parse(comparer.dataset.names);
+  const pictures = JSON.parse(comparer.dataset.pictures);
   const GAP = 6;
+  let image = pictures.length ? new Image() : comparer.previousElementSibling.querySelector("img");
   const canvas = document.createElement("canvas");
   canvas.width = width;
   canvas.height = height;
@@ -68,14 +69,21 @@ for (const comparer of document.querySelectorAll(".comparer")) {
     Object.assign(node, { type: "range", min: low, max: high, step, value });
     return node;
   };
-  const choice = control("technique", document.createElement("select"));
-  names.forEach((name, i) => choice.append(new Option(name, i + 1)));
+  const options = (values) => {
+    const node = document.createElement("select");
+    values.forEach((name, i) => node.append(new Option(name, i)));
+    return node;
+  };
+  const view = pictures.length ? control("view", options(pictures.map((picture) => picture.name))) : null;
+  const choice = control("technique", options(names));
+  const right = control("right side", options(["picture", "difference from PCF, times 4"]));
   const slider = control("PCF | technique", range(0, 100, 50, 1));
   const zoom = control("zoom", range(1, 8, 1, 0.5));
   comparer.append(canvas);
   const middle = { x: width / 2, y: height / 2 };
   const draw = () => {
-    const context = canvas.getContext("2d");
+    if (!image.complete || !image.naturalWidth) return;
+    const context = canvas.getContext("2d", { willReadFrequently: true });
     const scale = Number(zoom.value);
     const [w, h] = [width / scale, height / scale];
     middle.x = Math.min(Math.max(middle.x, w / 2), width - w / 2);
@@ -88,13 +96,36 @@ for (const comparer of document.querySelectorAll(".comparer")) {
       context.drawImage(image, source, top, (to - from) / scale, h, from, 0, to - from, height);
     };
     context.imageSmoothingEnabled = false;
+    const technique = Number(choice.value) + 1;
+    if (right.value === "1" && seam < width) {
+      column(0, seam, width);
+      const reference = context.getImageData(seam, 0, width - seam, height);
+      column(technique, seam, width);
+      const shown = context.getImageData(seam, 0, width - seam, height);
+      // Grey is no difference, white too bright, black too dark.
+      for (let i = 0; i < shown.data.length; i += 4) {
+        const change = shown.data[i] + shown.data[i + 1] + shown.data[i + 2]
+          - reference.data[i] - reference.data[i + 1] - reference.data[i + 2];
+        shown.data[i] = shown.data[i + 1] = shown.data[i + 2] = 128 + 4 * change / 3;
+      }
+      context.putImageData(shown, seam, 0);
+    } else {
+      column(technique, seam, width);
+    }
     column(0, 0, seam);
-    column(Number(choice.value), seam, width);
     context.fillStyle = "#ffffff";
     context.fillRect(seam - 1, 0, 2, height);
-    canvas.setAttribute("aria-label", `PCF left, ${names[choice.value - 1]} right of ${slider.value} %, zoom ${zoom.value}`);
+    const where = view ? `${pictures[view.value].name}: ` : "";
+    const what = right.value === "1" ? ", difference times 4" : "";
+    canvas.setAttribute("aria-label", `${where}PCF left, ${names[choice.value]}${what} right of ${slider.value} %, zoom ${zoom.value}`);
   };
-  for (const node of [choice, slider, zoom]) node.addEventListener("input", draw);
+  const load = () => {
+    if (view) image.src = pictures[view.value].source;
+    if (image.complete) draw();
+  };
+  image.addEventListener("load", draw);
+  if (view) view.addEventListener("input", load);
+  for (const node of [choice, right, slider, zoom]) node.addEventListener("input", draw);
   canvas.addEventListener("pointermove", (event) => {
     if (!event.buttons) return;
     const share = width / canvas.clientWidth / Number(zoom.value);
@@ -102,7 +133,157 @@ for (const comparer of document.querySelectorAll(".comparer")) {
     middle.y -= event.movementY * share;
     draw();
   });
-  if (image.complete) draw(); else image.addEventListener("load", draw);
+  load();
+}
+
+// Values of figures under the pointer.
+{
+  const tip = document.createElement("div");
+  tip.className = "tip";
+  tip.setAttribute("role", "status");
+  tip.hidden = true;
+  document.body.append(tip);
+  // What the letters of a grid mean: powers of ten from 1e-9 on.
+  const cell = (node, event) => {
+    const box = node.getBoundingClientRect();
+    const cells = node.dataset.cells;
+    const count = Math.round(Math.sqrt(cells.length));
+    const place = (share) => Math.min(count - 1, Math.max(0, Math.floor(count * share)));
+    const column = place((event.clientX - box.left) / box.width);
+    const row = place((event.clientY - box.top) / box.height);
+    const letter = cells[row * count + column];
+    const knob = (text, index) => {
+      const [name, from, to] = JSON.parse(text);
+      const share = (index + 0.5) / count;
+      const value = from > 0 && to > 0 ? from * (to / from) ** share : from + share * (to - from);
+      return `${name} ${value.toExponential(1)}`;
+    };
+    const step = letter.toLowerCase().charCodeAt(0) - 97;
+    const error = letter === "." ? "no inputs" : letter === "!" ? "no number for some inputs"
+      : step === 8 ? "largest error above 0.1" : `largest error below 1e${step - 8}`;
+    const false_shadow = /[A-Z]/.test(letter) ? ", a visible false shadow" : "";
+    return `${node.dataset.title}, ${knob(node.dataset.x, column)}, ${knob(node.dataset.y, count - 1 - row)}: ${error}${false_shadow}`;
+  };
+  document.addEventListener("pointermove", (event) => {
+    const node = event.target.closest ? event.target.closest(".spot, .grid") : null;
+    tip.hidden = !node;
+    if (!node) return;
+    tip.textContent = node.matches(".grid") ? cell(node, event) : node.querySelector("title").textContent;
+    tip.style.left = `${Math.max(4, Math.min(event.clientX + 14, window.innerWidth - tip.offsetWidth - 4))}px`;
+    tip.style.top = `${event.clientY + 18 + tip.offsetHeight > window.innerHeight ? event.clientY - tip.offsetHeight - 10 : event.clientY + 18}px`;
+  });
+}
+
+const svgNode = (name, attributes, text) => {
+  const node = document.createElementNS("http://www.w3.org/2000/svg", name);
+  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+  if (text !== undefined) node.textContent = text;
+  return node;
+};
+
+// Every candidate of the search, found by its functions.
+for (const holder of document.querySelectorAll(".candidates")) {
+  const { functions, sizes } = JSON.parse(holder.dataset.candidates);
+  const decoded = new Map(sizes.map(({ m, data }) => {
+    const bytes = Uint8Array.from(atob(data), (letter) => letter.charCodeAt(0));
+    const view = new DataView(bytes.buffer);
+    const count = bytes.length / (m + 4);
+    return [m, {
+      count,
+      members: (i) => [...bytes.subarray(i * (m + 4), i * (m + 4) + m)],
+      error: (i) => view.getUint32(i * (m + 4) + m, true) * 1e-7,
+    }];
+  }));
+  const plain = (text) => text.toLowerCase().replace(/\s+/g, "");
+  const labelled = (text, node) => {
+    const label = document.createElement("label");
+    label.append(text, " ", node);
+    holder.append(label);
+    return node;
+  };
+  const size = document.createElement("select");
+  for (const m of decoded.keys()) size.append(new Option(`${m} functions`, m));
+  size.value = decoded.has(4) ? 4 : [...decoded.keys()].pop();
+  labelled("candidates of", size);
+  const search = document.createElement("input");
+  search.type = "search";
+  search.placeholder = "z, z^2, z^3, z^4";
+  search.size = 40;
+  labelled("with the functions", search);
+  const output = document.createElement("output");
+  const svg = svgNode("svg", { viewBox: "0 0 800 260", role: "img", "aria-label": "candidates by error" });
+  const list = document.createElement("ol");
+  holder.append(output, svg, list);
+  const known = document.createElement("p");
+  known.className = "known";
+  known.append("Functions: ");
+  functions.forEach((name, i) => {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = name;
+    button.addEventListener("click", () => {
+      const now = search.value.trim().replace(/,$/, "");
+      search.value = now ? `${now}, ${name}` : name;
+      draw();
+    });
+    known.append(i ? " " : "", button);
+  });
+  holder.append(known);
+  const percent = (error) => `${(100 * error).toFixed(3)} %`;
+  function draw() {
+    const m = Number(size.value);
+    const all = decoded.get(m);
+    const words = search.value.split(",").map(plain).filter(Boolean);
+    const wanted = words.map((word) => functions.findIndex((name) => plain(name) === word));
+    const unknown = words.filter((_, i) => wanted[i] < 0);
+    const found = [];
+    for (let i = 0; words.length && !unknown.length && i < all.count; i++) {
+      const members = all.members(i);
+      if (wanted.every((function_) => members.includes(function_))) found.push(i);
+    }
+    const end = Math.min(2.5 * all.error(0), 1.02 * all.error(all.count - 1));
+    const BINS = 120;
+    const bin = (i) => Math.floor(BINS * all.error(i) / end);
+    const counts = new Array(BINS).fill(0);
+    const chosen = new Array(BINS).fill(0);
+    for (let i = 0; i < all.count; i++) if (bin(i) < BINS) counts[bin(i)]++;
+    for (const i of found) if (bin(i) < BINS) chosen[bin(i)]++;
+    const most = Math.max(...counts, 1);
+    const x = (error) => 60 + 720 * error / end;
+    svg.replaceChildren();
+    counts.forEach((count, k) => {
+      if (!count) return;
+      const bar = (number, colour) => svgNode("rect", { x: x(end * k / BINS), width: 720 / BINS - 1, y: 210 - 190 * number / most,
+        height: 190 * number / most, fill: colour });
+      svg.append(bar(count, "#56b4e9"));
+      if (chosen[k]) svg.append(bar(Math.max(chosen[k], 0.01 * most), "#d55e00"));
+      const spot = svgNode("rect", { class: "spot", x: x(end * k / BINS), width: 720 / BINS, y: 10, height: 200, "fill-opacity": 0 });
+      spot.append(svgNode("title", {}, `${percent(end * k / BINS)} to ${percent(end * (k + 1) / BINS)}: ${count} candidates${words.length ? `, ${chosen[k]} of them with these functions` : ""}`));
+      svg.append(spot);
+    });
+    for (let k = 0; k <= 5; k++) {
+      svg.append(svgNode("text", { x: x(end * k / 5), y: 228, "text-anchor": "middle", "font-size": 12, fill: "currentColor" }, `${(100 * end * k / 5).toFixed(1)} %`));
+    }
+    svg.append(svgNode("text", { x: 420, y: 250, "text-anchor": "middle", "font-size": 12, fill: "currentColor" },
+      "mean |G - F| (further left is better)"));
+    const exact = found.length === 1 && words.length === m ? found[0] : -1;
+    if (exact >= 0) svg.append(svgNode("line", { x1: x(all.error(exact)), x2: x(all.error(exact)), y1: 4, y2: 212, stroke: "#d55e00", "stroke-width": 2 }));
+    const name = (i) => all.members(i).map((index) => functions[index]).join(", ");
+    const shown = (words.length ? found : [...Array(Math.min(all.count, 5)).keys()]).slice(0, 8);
+    list.replaceChildren(...shown.map((i) => {
+      const item = document.createElement("li");
+      item.value = i + 1;
+      item.textContent = `${name(i)}: ${percent(all.error(i))}`;
+      return item;
+    }));
+    output.textContent = unknown.length ? `not in the family: ${unknown.join(", ")}`
+      : exact >= 0 ? `rank ${exact + 1} of ${all.count}: ${percent(all.error(exact))}`
+      : words.length ? `${found.length} of ${all.count} candidates have these functions${found.length ? `, the best with rank ${found[0] + 1}` : ""}`
+      : `${all.count} candidates; the best ones below, numbered by rank`;
+  }
+  size.addEventListener("input", draw);
+  search.addEventListener("input", draw);
+  draw();
 }
 
 // Error against cost, with filters.
@@ -112,12 +293,6 @@ const family = (name) => (COLOURS.find(([prefix]) => name.startsWith(prefix)) ||
 
 for (const explorer of document.querySelectorAll(".explorer")) {
   const points = JSON.parse(explorer.dataset.points);
-  const svgNode = (name, attributes, text) => {
-    const node = document.createElementNS("http://www.w3.org/2000/svg", name);
-    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-    if (text !== undefined) node.textContent = text;
-    return node;
-  };
   const unique = (of) => [...new Set(points.map(of))];
   const boxes = (title, values, label) => {
     const set = document.createElement("fieldset");

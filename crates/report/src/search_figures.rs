@@ -5,6 +5,7 @@ use crate::canvas::{
     svg,
 };
 use crate::error::ReportError;
+use crate::hover;
 use crate::search_summary::{Reference, SearchTables};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -84,6 +85,14 @@ fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references:
         let left = bin as f64 * width;
         Rectangle::new([(left + 0.06 * width, 0.0), (left + 0.94 * width, count as f64)], SKY_BLUE.filled())
     }))?;
+    for (bin, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
+        let (left, right) = (bin as f64 * width, (bin + 1) as f64 * width);
+        let corner = |x: f64, y: f64| chart.backend_coord(&(x, y));
+        hover::spot(
+            [corner(left, 1.06 * most), corner(right, 0.0)],
+            &format!("{:.2} to {:.2} %: {count} candidates of {m} functions", 100.0 * left, 100.0 * right),
+        );
+    }
     let colours = [BLACK, VERMILLION, PURPLE, BLUE, GREEN, ORANGE];
     let mut sorted: Vec<&Reference> = references.iter().collect();
     sorted.sort_by(|a, b| a.error.total_cmp(&b.error));

@@ -5,6 +5,7 @@ use crate::canvas::{
     svg,
 };
 use crate::error::ReportError;
+use crate::hover;
 use crate::speed_summary::SpeedTables;
 use evaluation::SpeedAccuracyRecord;
 use plotters::prelude::*;
@@ -174,7 +175,7 @@ impl Scatter<'_> {
         let mut chart = builder.build_cartesian_2d(axis, 0.0..1.06 * top)?;
         let percent = |value: &f64| format!("{:.0} %", 100.0 * value);
         let plain = |value: &f64| {
-            if *value >= 10.0 { format!("{value:.0}") } else { format!("{}", (value * 1e6).round() / 1e6) }
+            if *value >= 10.0 { format!("{value:.0}") } else { format!("{}", (value * 1e3).round() / 1e3) }
         };
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(TRANSPARENT).bold_line_style(GRID.stroke_width(2));
@@ -206,6 +207,16 @@ impl Scatter<'_> {
             let (x, y) = chart.backend_coord(&(mark.x, mark.y));
             let (left, above) = area.get_base_pixel();
             symbol(area, (x - left, y - above), mark.shape, colour)?;
+            let map =
+                self.sizes.get(mark.shape as usize).map_or(String::new(), |size| format!(", {size}² map"));
+            let label = format!(
+                "{}{map}: error {:.2} %, {}: {}",
+                mark.name,
+                100.0 * mark.y,
+                self.x_label,
+                plain(&mark.x)
+            );
+            hover::around((x, y), 6 * FINE as i32, &label);
         }
         self.names(area, |mark| chart.backend_coord(&(mark.x, mark.y)))?;
         self.key(&key)

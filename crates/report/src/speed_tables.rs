@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 pub(crate) fn markdown(experiment: &SpeedAccuracyExperiment, tables: &SpeedTables) -> String {
     let mut text = String::new();
-    pictures(experiment, &mut text);
+    pictures(experiment, tables, &mut text);
     front(tables, &mut text);
     techniques(tables, &mut text);
     times(tables, &mut text);
@@ -15,7 +15,22 @@ pub(crate) fn markdown(experiment: &SpeedAccuracyExperiment, tables: &SpeedTable
     text
 }
 
-fn pictures(experiment: &SpeedAccuracyExperiment, text: &mut String) {
+fn pictures(experiment: &SpeedAccuracyExperiment, tables: &SpeedTables, text: &mut String) {
+    let views = tables.views.iter().map(|view| (view.scene.as_str(), view.view.as_str()));
+    let links: Vec<String> = experiment
+        .pictures_of_views(views)
+        .iter()
+        .map(|picture| format!("[{}, {}]({}.png)", picture.scene, picture.view, picture.id))
+        .collect();
+    if let Some(every) = experiment.every_view.as_ref().filter(|_| !links.is_empty()) {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "From every view, PCF with receiver plane, then {}: {}.\n",
+            every.techniques.join("; "),
+            links.join(", ")
+        );
+    }
     for picture in &experiment.picture {
         let columns = picture.techniques.join("; ");
         let view = if picture.view.is_empty() { "first view" } else { &picture.view };

@@ -4,6 +4,7 @@ use crate::canvas::{
     Area, CURVE_COLOURS, Drawn, FINE, LEGEND_ROW, NamedFigure, Stroke, anchored, font, legend, svg,
 };
 use crate::error::ReportError;
+use crate::hover;
 use crate::stability_summary::{Inputs, StabilityTables};
 use evaluation::{CellRecord, MomentBound, Span};
 use plotters::prelude::*;
@@ -107,6 +108,11 @@ fn atlas(
                 let mine = |c: &&CellRecord| c.method == method && c.family == column;
                 let cells: Vec<&CellRecord> = tables.cells.iter().filter(mine).collect();
                 heat_map(root, (x, y), &cells, tables.experiment.cells)?;
+                let corners = [(x * fine, y * fine), ((x + MAP as i32) * fine, (y + MAP as i32) * fine)];
+                let [knob_x, knob_y] = family.shape.knobs();
+                let spans = [(knob_x, family.x.from, family.x.to), (knob_y, family.y.from, family.y.to)];
+                let title = format!("{name}: {}", family.name);
+                hover::grid(corners, &title, spans, &letters(&cells, tables.experiment.cells));
                 axes(root, (x, y), (family.x, family.y), family.shape.knobs())?;
             }
         }
@@ -154,6 +160,21 @@ fn mark(root: &Area<'_>, (x, y): (i32, i32), size: i32, mark: &Mark) -> Drawn {
         root.draw(&PathElement::new(ends, mark.colour.stroke_width(5)))?;
     }
     Ok(())
+}
+
+/// A letter a cell, row by row from the top: `.` for none, the step of its error from `a` on, as a capital where a false shadow
+/// is visible, `!` where there was no number.
+fn letters(cells: &[&CellRecord], count: usize) -> String {
+    let mut letters = vec![b'.'; count * count];
+    for cell in cells.iter().filter(|c| c.x < count && c.y < count) {
+        let letter = b'a' + step(cell.error_max) as u8;
+        letters[(count - 1 - cell.y) * count + cell.x] = match (cell.not_finite > 0, cell.visible > 0) {
+            (true, _) => b'!',
+            (false, true) => letter.to_ascii_uppercase(),
+            (false, false) => letter,
+        };
+    }
+    letters.into_iter().map(char::from).collect()
 }
 
 /// Cells of equal colour in a row are one rectangle.
@@ -301,6 +322,12 @@ fn panel(
             chart.draw_series(DashedLineSeries::new(points.clone(), 5 * FINE, 4 * FINE, style))?;
         } else {
             chart.draw_series([PathElement::new(points.clone(), style)])?;
+        }
+        for &(alpha, height) in &points {
+            let share =
+                if height <= bottom { "none".to_owned() } else { format!("{:.1e}", 10f64.powf(height)) };
+            let label = format!("{method}, alpha = {alpha:.1e}: {share} with a broken bound");
+            hover::around(chart.backend_coord(&(alpha, height)), 4 * FINE as i32, &label);
         }
         let own = tables.experiment.method.iter().find(|m| m.name == **method).map_or(0.0, |m| m.alpha);
         let is_own = |p: &&(f64, f64)| (p.0 / own - 1.0).abs() < 1e-2;

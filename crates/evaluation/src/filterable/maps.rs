@@ -39,18 +39,20 @@ pub(crate) fn draw(plan: &Plan<'_>, view: &View) -> Result<Vec<RecordedFile>, Ev
 
 /// File name of the error map of a technique and view.
 pub fn map_name(scene: &str, view: &str, technique: &str) -> String {
-    let plain = |text: &str| -> String {
-        let stem = std::path::Path::new(text).file_stem().map_or(text.into(), |stem| stem.to_string_lossy());
-        let words: Vec<String> = stem
-            .split(|c: char| !c.is_ascii_alphanumeric())
-            .filter(|word| !word.is_empty())
-            .map(str::to_ascii_lowercase)
-            .collect();
-        words.join("-")
-    };
     // Only a scene can be a path.
     let technique = technique.replace('.', "-");
     format!("map-{}-{}-{}.png", plain(scene), plain(view), plain(&technique))
+}
+
+/// The words of a name or of a file's stem, in lower case with hyphens between them.
+pub(crate) fn plain(text: &str) -> String {
+    let stem = std::path::Path::new(text).file_stem().map_or(text.into(), |stem| stem.to_string_lossy());
+    let words: Vec<String> = stem
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_ascii_lowercase)
+        .collect();
+    words.join("-")
 }
 
 /// The error of largest size in each block of texels, as grey.

@@ -6,7 +6,7 @@
 
 mod agreement;
 pub(crate) mod evaluate;
-mod maps;
+pub(crate) mod maps;
 mod picture;
 pub(crate) mod records;
 pub(crate) mod settings;

@@ -17,6 +17,6 @@ mod timing;
 pub use advise::{Advice, AdviceOptions, Choice, DEFAULT_CANDIDATES};
 pub use records::{FrameSample, GpuRecord, OrderShare, SpeedAccuracyRecord, SpeedSample, SpeedViewRecord};
 pub use settings::{
-    Blend, CandidateSetting, ComparisonSetting, FrameSetting, FrameTiming, OrderSetting, PictureSetting,
-    SpeedAccuracyExperiment, SpeedTiming,
+    Blend, CandidateSetting, ComparisonSetting, EveryViewSetting, FrameSetting, FrameTiming, OrderSetting,
+    PictureSetting, SpeedAccuracyExperiment, SpeedTiming,
 };

@@ -1,7 +1,7 @@
 //! Pictures of a scene with the shadows of several techniques side by side, and magnified parts below (MSM15 Figures 1,
 //! 6 and 8). Computed on the CPU, so that they are the same everywhere.
 
-use super::scenery::Plan;
+use super::scenery::{Plan, SceneView};
 use super::settings::PictureSetting;
 use crate::error::EvaluationError;
 use crate::filterable::view::{LoadedScene, Source};
@@ -18,7 +18,17 @@ const GAP: u32 = 6;
 impl Plan<'_> {
     /// One PNG for each picture: a column for the reference and for each technique.
     pub(crate) fn pictures(&self) -> Result<Vec<RecordedFile>, EvaluationError> {
-        self.experiment.picture.iter().map(|picture| self.picture(picture)).collect()
+        let pictures = self.experiment.picture.iter().map(|picture| self.picture(picture));
+        pictures.collect()
+    }
+
+    /// The same for each of these scenes and views.
+    pub(crate) fn pictures_of_views(
+        &self,
+        views: &[SceneView],
+    ) -> Result<Vec<RecordedFile>, EvaluationError> {
+        let views = views.iter().map(|view| (view.scene.as_str(), view.view.as_str()));
+        self.experiment.pictures_of_views(views).iter().map(|picture| self.picture(picture)).collect()
     }
 
     fn picture(&self, picture: &PictureSetting) -> Result<RecordedFile, EvaluationError> {

@@ -158,6 +158,7 @@ impl SpeedAccuracyExperiment {
             RecordedFile::csv("samples.csv", &timings)?,
         ];
         files.extend(pictures);
+        files.extend(plan.pictures_of_views(&views)?);
         if let Some(timing) = &self.frames {
             let times = plan.frame_times(timing);
             files.push(RecordedFile::csv("gpu.csv", &[times.gpu])?);

@@ -2,6 +2,7 @@
 
 use super::candidate::Candidate;
 use crate::error::EvaluationError;
+use crate::filterable::maps::plain;
 use crate::filterable::settings::{MAX_SIZE, in_key};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, KernelSpec, Reference, TechniqueSpec};
@@ -49,6 +50,9 @@ pub struct SpeedAccuracyExperiment {
     /// Pictures of techniques side by side.
     #[serde(default)]
     pub picture: Vec<PictureSetting>,
+    /// Pictures from every view, for readers who compare.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub every_view: Option<EveryViewSetting>,
     /// Techniques with their storage.
     pub candidate: Vec<CandidateSetting>,
     /// Percentage-closer filtering without a receiver plane, for comparison.
@@ -140,6 +144,18 @@ pub struct FrameTiming {
     /// Times software drivers too. They are no GPU times; for tests of the way there.
     #[serde(default)]
     pub software: bool,
+}
+
+/// What is drawn from every view of every scene that has a camera.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct EveryViewSetting {
+    /// `NAME, FORMAT` of candidates, with the first moment bias and no blend.
+    pub techniques: Vec<String>,
+    /// Depth bias of the techniques.
+    pub bias: DepthBias,
+    /// Width and height of one picture in pixels.
+    pub output: [u32; 2],
 }
 
 fn one_round() -> usize {
@@ -271,10 +287,32 @@ impl SpeedAccuracyExperiment {
         for (i, picture) in self.picture.iter().enumerate() {
             self.check_picture(picture, &format!("picture[{i}]"))?;
         }
+        for picture in self.pictures_of_views(std::iter::once(("scene", "view"))) {
+            self.check_picture(&picture, "every_view")?;
+        }
         for (i, comparison) in self.comparison.iter().enumerate() {
             comparison.kernel.build().map_err(in_key(&format!("comparison[{i}].kernel")))?;
         }
         Ok(())
+    }
+
+    /// The pictures of `every_view` for those of these scenes and views that have a camera.
+    pub fn pictures_of_views<'a>(
+        &self,
+        views: impl Iterator<Item = (&'a str, &'a str)>,
+    ) -> Vec<PictureSetting> {
+        let Some(every) = &self.every_view else { return Vec::new() };
+        let picture = |(scene, view): (&str, &str)| PictureSetting {
+            id: format!("view-{}-{}", plain(scene), plain(view)),
+            scene: scene.to_owned(),
+            view: view.to_owned(),
+            techniques: every.techniques.clone(),
+            bias: every.bias,
+            output: every.output,
+            insets: Vec::new(),
+        };
+        // A stack has no camera.
+        views.filter(|(scene, _)| !scene.ends_with(".npz")).map(picture).collect()
     }
 
     fn check_picture(&self, picture: &PictureSetting, place: &str) -> Result<(), EvaluationError> {
@@ -310,7 +348,8 @@ impl SpeedAccuracyExperiment {
     pub(crate) fn with_scenes(&mut self, scenes: &[String]) {
         self.scenes = scenes.to_vec();
         self.views.clear();
-        self.picture.truncate(1);
+        // A stack has no camera.
+        self.picture.truncate(usize::from(!scenes[0].ends_with(".npz")));
         for picture in &mut self.picture {
             picture.scene.clone_from(&scenes[0]);
             picture.view.clear();
