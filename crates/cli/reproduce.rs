@@ -208,15 +208,13 @@ fn duration(seconds: f64) -> String {
     if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
-/// The first sentence of a page's answer, of a line's length.
+/// The first sentence of a page's answer, at most two lines long.
 fn first_sentence(page: &[u8]) -> String {
-    /// Characters that fit a terminal of 80 columns twice.
-    const LENGTH: usize = 150;
-    let text = String::from_utf8_lossy(page);
-    let answer = text.lines().find_map(|line| line.strip_prefix("**Answer.** ")).unwrap_or_default();
-    let end = answer.find(". ").map_or(answer.len(), |end| end + 1);
-    let sentence: String = answer[..end].chars().take(LENGTH).collect();
-    if sentence.len() < end { format!("{} ...", sentence.trim_end()) } else { sentence }
+    /// Characters that fit a terminal of 80 columns twice, behind the name.
+    const LENGTH: usize = 140;
+    let whole = ::report::first_sentence(&String::from_utf8_lossy(page), "Answer");
+    let sentence: String = whole.chars().take(LENGTH).collect();
+    if sentence.len() < whole.len() { format!("{} ...", sentence.trim_end()) } else { sentence }
 }
 
 fn index(scale: Scale, root: &Path, reproduced: &[Reproduced]) -> String {

@@ -81,7 +81,7 @@ pub enum Kind {
     /// Errors and failures of closed forms on inputs that are hard in a known way.
     Stability(StabilityExperiment),
     /// Error against cost of techniques, formats and map sizes.
-    SpeedAccuracy(SpeedAccuracyExperiment),
+    SpeedAccuracy(Box<SpeedAccuracyExperiment>),
 }
 
 impl Kind {
@@ -118,7 +118,7 @@ impl Kind {
                 let experiment: SpeedAccuracyExperiment =
                     table.try_into().map_err(|error| one_line(&error))?;
                 experiment.check().map_err(|error| error.to_string())?;
-                Ok(Self::SpeedAccuracy(experiment))
+                Ok(Self::SpeedAccuracy(Box::new(experiment)))
             }
             _ => {
                 let known = "\"bounds\", \"filterable\", \"quantization\", \"search\", \"stability\", \

@@ -123,7 +123,8 @@ pub(crate) fn answer(experiment: &BoundsExperiment, tables: &Tables, rows: &[Row
             }
         }
         if nested(figure) {
-            sentences.extend(growth(rows.iter().filter(|row| row.figure == figure.id)));
+            // What holds over all depths says more than what holds at one.
+            sentences.splice(0..0, growth(rows.iter().filter(|row| row.figure == figure.id)));
         }
     }
     sentences.join(" ")

@@ -116,6 +116,23 @@ impl Tables {
             entries.join(" < ")
         };
         let pooled = self.pooled(0);
+        let agreements = self.agreements();
+        // Where techniques are there to be compared with the linear program, that is the answer.
+        let is_compared = |r: &&FilterableRecord| agreements.iter().any(|a| a.technique == r.technique);
+        let against_program = agreements.iter().map(|agreement| {
+            format!(
+                "{} differs from the certified linear program by at most {:.1e} on {} fragments ({} failed).",
+                agreement.technique, agreement.largest, agreement.fragments, agreement.failed
+            )
+        });
+        let only_compared = !pooled.is_empty() && pooled.iter().all(is_compared);
+        if only_compared {
+            sentences.extend(against_program.clone());
+        } else if let Some(sentence) = self.over_references(experiment, &pooled) {
+            sentences.push(sentence);
+        } else {
+            sentences.extend(headline(&pooled));
+        }
         let mut rows = pooled.iter().map(|r| (r.technique.clone(), r.l1_error));
         sentences.push(format!("In order of mean |G - F| over all views: {}.", order(&mut rows)));
         if experiment.bias.len() > 1 {
@@ -139,12 +156,53 @@ impl Tables {
                 bounds.len()
             ));
         }
-        for agreement in self.agreements() {
-            sentences.push(format!(
-                "{} differs from the certified linear program by at most {:.1e} on {} fragments ({} failed).",
-                agreement.technique, agreement.largest, agreement.fragments, agreement.failed
-            ));
+        if !only_compared {
+            sentences.extend(against_program);
         }
         sentences.join(" ")
     }
+}
+
+impl Tables {
+    /// How the closest technique's error moves with the bias of the reference, where that is what varies.
+    fn over_references(
+        &self,
+        experiment: &FilterableExperiment,
+        rows: &[&FilterableRecord],
+    ) -> Option<String> {
+        let first = experiment.bias.first()?;
+        if experiment.bias.iter().all(|bias| bias.reference == first.reference) {
+            return None;
+        }
+        let name = &rows.iter().find(|r| r.technique == "Hamburger 4").or(rows.first())?.technique;
+        let alike = experiment.bias.iter().enumerate().filter(|(_, bias)| bias.technique == first.technique);
+        let errors: Vec<String> = alike
+            .filter_map(|(i, bias)| {
+                let error = self.row(("all", "all"), name, i, "all")?.l1_error;
+                Some(format!("{:.2} % at {}", 100.0 * error, bias.reference.texels))
+            })
+            .collect();
+        Some(format!(
+            "As the depth bias of percentage-closer filtering grows, {name} errs by {} texels.",
+            errors.join(", ")
+        ))
+    }
+}
+
+/// The closest of those that can be filtered, and what everybody asks for; `rows` by error.
+fn headline(rows: &[&FilterableRecord]) -> Option<String> {
+    let cannot = |name: &str| name.starts_with("PCF") || name == "shadow map" || name.starts_with("LP ");
+    let best = rows.iter().find(|r| !cannot(&r.technique))?;
+    let known = |name: &str| rows.iter().find(|r| r.technique == name && r.technique != best.technique);
+    let others: Vec<String> = ["Hamburger 4", "VSM", "PCF 9x9"]
+        .iter()
+        .filter_map(|name| known(name))
+        .map(|r| format!("{} by {:.2} %", r.technique, 100.0 * r.l1_error))
+        .collect();
+    let besides = if others.is_empty() { String::new() } else { format!("; {}", others.join(", ")) };
+    let error = 100.0 * best.l1_error;
+    Some(format!(
+        "The filterable shadow map closest to percentage-closer filtering is {}, which errs by {error:.2} %{besides}.",
+        best.technique
+    ))
 }

@@ -44,17 +44,68 @@ pub fn html(runs: &[RunDirectory]) -> Result<String, ReportError> {
         sections += &body(run, &explorers(run)?)?;
         sections += "</section>\n";
     }
-    let mut papers = String::new();
-    pulldown_cmark::html::push_html(
-        &mut papers,
-        with_scrolling_tables(Parser::new_ext(&comparison(runs)?, Options::ENABLE_TABLES)).into_iter(),
-    );
+    let papers = table(&comparison(runs)?);
+    let answers = table(&answers(runs)?);
+    let origins = table(&origins(runs)?);
     Ok(format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, \
          initial-scale=1\">\n<title>msm: filterable shadow maps, measured</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <header><h1>Filterable shadow maps, measured</h1>\n<nav aria-label=\"experiments\"><ul>\n<li><a href=\"#papers\">the papers</a></li>\n{links}</ul></nav></header>\n<main>\n\
-         <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+         <header><h1>Filterable shadow maps, measured</h1>\n<nav aria-label=\"experiments\"><ul>\n<li><a href=\"#answers\">answers</a></li>\n<li><a href=\"#papers\">the papers</a></li>\n{links}\
+         <li><a href=\"#origins\">origins</a></li>\n</ul></nav></header>\n<main>\n\
+         <section id=\"answers\">\n<h2>Answers</h2>\n{answers}</section>\n\
+         <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}<section id=\"origins\">\n<h2>Where the numbers come from</h2>\n{origins}</section>\n</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
     ))
+}
+
+fn table(markdown: &str) -> String {
+    let mut html = String::new();
+    let events = with_scrolling_tables(Parser::new_ext(markdown, Options::ENABLE_TABLES));
+    pulldown_cmark::html::push_html(&mut html, events.into_iter());
+    html
+}
+
+/// A paragraph of a run's page that begins with this word, up to the end of its first sentence.
+pub fn first_sentence(page: &str, word: &str) -> String {
+    let start = page.find(&format!("**{word}.** ")).map_or(page.len(), |at| at + word.len() + 6);
+    let paragraph = page[start..].split("\n\n").next().unwrap_or_default();
+    let ends = [". ", ".\n", "? ", "?\n"].iter().filter_map(|end| paragraph.find(end));
+    paragraph[..ends.min().map_or(paragraph.len(), |end| end + 1)].replace('\n', " ")
+}
+
+/// Each experiment's question with the sentence that answers it.
+fn answers(runs: &[RunDirectory]) -> Result<String, ReportError> {
+    let mut text = "| experiment | question | answer |\n|---|---|---|\n".to_owned();
+    for run in runs {
+        let (name, page) = (title(run), run.text("README.md")?);
+        let cell = |word: &str| first_sentence(&page, word).replace('|', "\\|");
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| [{name}](#{name}) | {} | {} |", cell("Question"), cell("Answer"));
+    }
+    Ok(text)
+}
+
+/// Commit, command and machine of each run.
+fn origins(runs: &[RunDirectory]) -> Result<String, ReportError> {
+    let mut text =
+        "| experiment | command | commit | compiler | machine | started | seconds |\n|---|---|---|---|---|---|--:|\n".to_owned();
+    for run in runs {
+        let p = run.provenance()?;
+        let changed = if p.build.dirty == "false" { "" } else { " and changes" };
+        let _ = writeln!(
+            text,
+            "| {} | `{}` | {}{changed} | {} | {} threads on {}, {} | {} | {:.0} |",
+            title(run),
+            p.command,
+            p.build.commit.get(..12).unwrap_or(&p.build.commit),
+            p.build.rustc,
+            p.threads,
+            p.cpu,
+            p.os,
+            p.started,
+            p.seconds
+        );
+    }
+    Ok(text)
 }
 
 /// What a reader can play with: charts with filters, and pictures to compare.
@@ -106,7 +157,7 @@ fn points(run: &RunDirectory) -> Result<Option<Vec<Point>>, ReportError> {
 fn speed_accuracy(run: &RunDirectory) -> Result<Option<SpeedAccuracyExperiment>, ReportError> {
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
     Ok(match experiment.kind {
-        Kind::SpeedAccuracy(speed) => Some(speed),
+        Kind::SpeedAccuracy(speed) => Some(*speed),
         _ => None,
     })
 }

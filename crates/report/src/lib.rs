@@ -31,6 +31,6 @@ mod stability_tables;
 
 pub use bound_chart::{BoundChart, BoundCurve};
 pub use error::ReportError;
-pub use html::html;
+pub use html::{first_sentence, html};
 pub use published::comparison;
 pub use run_report::{files, write};

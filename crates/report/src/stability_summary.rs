@@ -140,12 +140,6 @@ impl<'a> StabilityTables<'a> {
     /// The answer to the experiment's question.
     pub(crate) fn answer(&self) -> String {
         let mut sentences = Vec::new();
-        if let Some(share) = self.nearly_singular(4) {
-            sentences.push(format!(
-                "The smallest pivot of the matrix of four moments is below 1e-6 for {:.0} % of the scenes' fragments.",
-                100.0 * share
-            ));
-        }
         // Every method has the same inputs.
         let first = self.checks.first().map(|c| c.method.as_str());
         let checked: u64 =
@@ -166,6 +160,12 @@ impl<'a> StabilityTables<'a> {
             broken(Arithmetic::F64),
             broken(Arithmetic::F32),
         ));
+        if let Some(share) = self.nearly_singular(4) {
+            sentences.push(format!(
+                "The smallest pivot of the matrix of four moments is below 1e-6 for {:.0} % of the scenes' fragments.",
+                100.0 * share
+            ));
+        }
         let violated = |r: &StabilityRecord| r.violated;
         let alpha = |method| self.smallest_alpha(method, Inputs::Hard, violated);
         if let (Some(plain), Some(pairs)) = (alpha("Hamburger 4, f32"), alpha("Hamburger 4, f32 in pairs")) {

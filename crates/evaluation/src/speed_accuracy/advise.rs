@@ -198,7 +198,7 @@ fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, Ev
         experiment.divisors.retain(|divisor| size.is_multiple_of(*divisor));
     }
     experiment.check()?;
-    Ok(experiment)
+    Ok(*experiment)
 }
 
 fn least_error(race: &Race<'_>, arms: std::ops::Range<usize>) -> Option<usize> {
