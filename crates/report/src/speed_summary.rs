@@ -189,10 +189,9 @@ impl SpeedTables {
                 halved.cost / vsm.cost
             ));
         }
-        let front: Vec<String> = self
-            .front()
-            .iter()
-            .map(|r| {
+        let front = self.front();
+        if let (Some(cheapest), Some(best)) = (front.first(), front.last()) {
+            let of = |r: &SpeedAccuracyRecord| {
                 format!(
                     "{} in {} at {} ({}, cost {:.2})",
                     r.technique,
@@ -201,10 +200,22 @@ impl SpeedTables {
                     percent(r.l1_error),
                     r.cost
                 )
-            })
-            .collect();
-        sentences.push(format!("Nothing is both cheaper and more accurate than: {}.", front.join("; ")));
-        for (by, tolerance) in self.need_kinds() {
+            };
+            sentences.push(format!(
+                "Of {} combinations {} have none beside them that is both cheaper and more accurate, from {} to {}.",
+                self.best().count(),
+                front.len(),
+                of(cheapest),
+                of(best)
+            ));
+        }
+        // The other tolerances are in the tables.
+        let kinds = self.need_kinds();
+        let middle = |by: &str| {
+            let of_kind: Vec<_> = kinds.iter().filter(|kind| kind.0 == by).collect();
+            of_kind.get(of_kind.len() / 2).copied().copied()
+        };
+        for (by, tolerance) in ["rank", "loss"].into_iter().filter_map(middle) {
             let shares: Vec<String> = self
                 .needs("all", by, tolerance)
                 .iter()
@@ -214,7 +225,6 @@ impl SpeedTables {
                 "rank" => {
                     format!("Kernels by number of surfaces (rank at {tolerance:e}): {}.", shares.join(", "))
                 }
-                "gap" => format!("Moments for bounds closer than {tolerance}: {}.", shares.join(", ")),
                 _ => format!("Moments that lose less than {tolerance} to PCF: {}.", shares.join(", ")),
             });
         }
