@@ -194,6 +194,8 @@ fn mistakes_in_candidates_name_line_and_value() {
         ("{ leak_reduction = 0.3 }", "{ leak_reduction = 1.0 }", "leak_reduction = 1"),
         ("\"VSM, f32\"", "\"VSM, f64\"", "VSM, f64"),
         ("kernels = [5, 17, 33]", "kernels = [4]", "kernel size 4"),
+        ("rounds = 2", "rounds = 0", "in 0 rounds"),
+        ("output = [320, 180]", "output = [0, 180]", "every_view"),
         ("gap_tolerances = [0.1, 0.02, 0.004]", "gap_tolerances = [0.0]", "tolerance 0"),
         ("insets = [[112", "insets = [[470", "inset [470"),
     ];

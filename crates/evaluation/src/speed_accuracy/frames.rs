@@ -167,6 +167,9 @@ impl SpeedAccuracyExperiment {
     /// What is wrong with the frames' settings.
     pub(crate) fn check_frames(&self) -> Result<(), String> {
         let Some(timing) = &self.frames else { return Ok(()) };
+        if timing.frames == 0 || timing.rounds == 0 {
+            return Err(format!("{} frames in {} rounds are none", timing.frames, timing.rounds));
+        }
         for point in timing.points() {
             if gaussian(point.kernel).is_none() {
                 return Err(format!("kernel size {} is not odd and at most 129", point.kernel));

@@ -287,7 +287,8 @@ impl SpeedAccuracyExperiment {
         for (i, picture) in self.picture.iter().enumerate() {
             self.check_picture(picture, &format!("picture[{i}]"))?;
         }
-        for picture in self.pictures_of_views(std::iter::once(("scene", "view"))) {
+        for mut picture in self.pictures_of_views(std::iter::once(("scene", "view"))) {
+            "every_view".clone_into(&mut picture.id);
             self.check_picture(&picture, "every_view")?;
         }
         for (i, comparison) in self.comparison.iter().enumerate() {

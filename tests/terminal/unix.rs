@@ -1,14 +1,35 @@
 //! Where a user sits: narrow terminals, none at all, no colours, pipes that close, disks that are full or read-only.
-
-#![cfg(unix)]
-// A panic is how a test or benchmark reports.
-#![allow(clippy::unwrap_used)]
+//!
+//! Tests that need a terminal are reported as ignored where the system gives none.
 
 use std::fs::File;
 use std::io::{Read, Write};
 use std::os::fd::{FromRawFd, OwnedFd};
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, ExitCode, Output, Stdio};
+
+use libtest_mimic::{Arguments, Failed, Trial};
+
+pub fn main() -> ExitCode {
+    let needs_terminal = |name: &str, test: fn() -> Result<(), Failed>| {
+        Trial::test(name, test).with_ignored_flag(terminal(80).is_err())
+    };
+    let trials = vec![
+        needs_terminal("progress_fits_a_narrow_terminal", progress_fits_a_narrow_terminal),
+        needs_terminal("no_colour_means_none", no_colour_means_none),
+        Trial::test(
+            "without_a_terminal_only_the_answer_is_written",
+            without_a_terminal_only_the_answer_is_written,
+        ),
+        Trial::test("a_reader_that_leaves_is_no_crash", a_reader_that_leaves_is_no_crash),
+        Trial::test("a_full_disk_loses_nothing_and_is_told_once", a_full_disk_loses_nothing_and_is_told_once),
+        Trial::test(
+            "folders_that_cannot_be_written_are_told_at_once",
+            folders_that_cannot_be_written_are_told_at_once,
+        ),
+    ];
+    libtest_mimic::run(&Arguments::from_args(), trials).exit_code()
+}
 
 /// Arguments of a reproduction in seconds.
 fn reproduce(out: &Path) -> Command {
@@ -19,7 +40,7 @@ fn reproduce(out: &Path) -> Command {
 }
 
 /// Both ends of a terminal of so many columns.
-fn terminal(columns: u16) -> (File, OwnedFd) {
+fn terminal(columns: u16) -> std::io::Result<(File, OwnedFd)> {
     let size = libc::winsize { ws_row: 24, ws_col: columns, ws_xpixel: 0, ws_ypixel: 0 };
     let (mut outside, mut inside) = (0, 0);
     // SAFETY: openpty writes two descriptors, reads the size, and takes null for what is not wanted.
@@ -32,14 +53,16 @@ fn terminal(columns: u16) -> (File, OwnedFd) {
             &raw const size as *mut _,
         )
     };
-    assert_eq!(opened, 0, "{}", std::io::Error::last_os_error());
+    if opened != 0 {
+        return Err(std::io::Error::last_os_error());
+    }
     // SAFETY: openpty has opened both, and nobody else owns them.
-    unsafe { (File::from_raw_fd(outside), OwnedFd::from_raw_fd(inside)) }
+    Ok(unsafe { (File::from_raw_fd(outside), OwnedFd::from_raw_fd(inside)) })
 }
 
 /// What a command writes to a terminal.
 fn on_terminal(mut command: Command, columns: u16) -> (String, bool) {
-    let (mut outside, inside) = terminal(columns);
+    let (mut outside, inside) = terminal(columns).unwrap();
     command.stdin(Stdio::null()).stdout(inside.try_clone().unwrap()).stderr(inside);
     let mut child = command.spawn().unwrap();
     // The command holds its end until it is dropped; the child's copies close when it ends.
@@ -69,8 +92,7 @@ fn visible(text: &str) -> Vec<String> {
     plain.split(['\r', '\n']).filter(|line| !line.is_empty()).map(str::to_owned).collect()
 }
 
-#[test]
-fn progress_fits_a_narrow_terminal() {
+fn progress_fits_a_narrow_terminal() -> Result<(), Failed> {
     let out = tempfile::tempdir().unwrap();
     let (text, success) = on_terminal(reproduce(out.path()), 60);
     assert!(success, "{text}");
@@ -84,10 +106,10 @@ fn progress_fits_a_narrow_terminal() {
     let summary = lines.iter().skip_while(|line| !line.starts_with("bounds: "));
     let rows: usize = summary.map(|line| line.chars().count().div_ceil(80)).sum();
     assert!((8..=24).contains(&rows), "{rows} rows: {text}");
+    Ok(())
 }
 
-#[test]
-fn no_colour_means_none() {
+fn no_colour_means_none() -> Result<(), Failed> {
     let mut command = Command::new(env!("CARGO_BIN_EXE_msm"));
     command.arg("--help").env("TERM", "xterm-256color").env_remove("NO_COLOR");
     let coloured = |text: &str| text.contains("\u{1b}[") && text.contains('m');
@@ -109,10 +131,10 @@ fn no_colour_means_none() {
                 .starts_with('m')),
         "{text:?}"
     );
+    Ok(())
 }
 
-#[test]
-fn without_a_terminal_only_the_answer_is_written() {
+fn without_a_terminal_only_the_answer_is_written() -> Result<(), Failed> {
     let out = tempfile::tempdir().unwrap();
     let output = reproduce(out.path()).stdin(Stdio::null()).output().unwrap();
     assert!(output.status.success());
@@ -120,10 +142,10 @@ fn without_a_terminal_only_the_answer_is_written() {
     assert!(!text.contains('\u{1b}') && text.contains("report: "), "{text}");
     let progress = String::from_utf8(output.stderr).unwrap();
     assert!(!progress.contains("left") && !progress.contains('\u{1b}'), "{progress}");
+    Ok(())
 }
 
-#[test]
-fn a_reader_that_leaves_is_no_crash() {
+fn a_reader_that_leaves_is_no_crash() -> Result<(), Failed> {
     let out = tempfile::tempdir().unwrap();
     let mut child = reproduce(out.path()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
@@ -132,6 +154,7 @@ fn a_reader_that_leaves_is_no_crash() {
     child.wait().unwrap();
     assert!(!message.contains("panicked"), "{message}");
     assert!(out.path().join("report.html").is_file(), "{message}");
+    Ok(())
 }
 
 fn refused(output: &Output, named: &str) {
@@ -141,8 +164,7 @@ fn refused(output: &Output, named: &str) {
     assert!(own.len() == 1 && own[0].contains(named) && !message.contains("panicked"), "{message}");
 }
 
-#[test]
-fn a_full_disk_loses_nothing_and_is_told_once() {
+fn a_full_disk_loses_nothing_and_is_told_once() -> Result<(), Failed> {
     let out = tempfile::tempdir().unwrap();
     // No file may grow beyond 64 KiB, and the signal for that is ignored: writes fail as on a full disk.
     let script = format!(
@@ -160,10 +182,10 @@ fn a_full_disk_loses_nothing_and_is_told_once() {
     let all = answer["experiments"].as_array().unwrap();
     assert!(all.iter().any(|of| of["was_there"] == true), "{answer}");
     assert!(all.iter().all(|of| of["answer"].as_str().is_some_and(|text| !text.is_empty())), "{answer}");
+    Ok(())
 }
 
-#[test]
-fn folders_that_cannot_be_written_are_told_at_once() {
+fn folders_that_cannot_be_written_are_told_at_once() -> Result<(), Failed> {
     use std::os::unix::fs::PermissionsExt as _;
     let out = tempfile::tempdir().unwrap();
     // A file where a folder should be stops everybody, root too.
@@ -178,4 +200,5 @@ fn folders_that_cannot_be_written_are_told_at_once() {
     if unsafe { libc::geteuid() } != 0 {
         refused(&reproduce(&locked.join("results")).output().unwrap(), "locked");
     }
+    Ok(())
 }
