@@ -1,7 +1,7 @@
 //! Values that appear when a reader points at a figure: invisible shapes over the drawing, with titles that browsers show.
 //!
 //! Shapes are collected for the figure that the thread draws at the moment, in units of the finer canvas, and written by
-//! [`svg`](crate::canvas::svg) behind everything else.
+//! [`svg`](crate::canvas::svg) after everything else, so that they lie on top.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
