@@ -237,6 +237,10 @@ fn candidates(run: &RunDirectory) -> Result<Option<Candidates>, ReportError> {
         }
         sizes[place].1.extend(((record.l1_error * 1e7).round() as u32).to_le_bytes());
     }
+    // A byte cannot name more of them.
+    if functions.len() > 256 {
+        return Ok(None);
+    }
     let encode = |(m, bytes): (usize, Vec<u8>)| CandidatesOfSize { m, data: STANDARD.encode(bytes) };
     let sizes = sizes.into_iter().map(encode).collect();
     Ok(Some(Candidates { functions, sizes }))

@@ -52,25 +52,25 @@ impl SpeedTables {
         Some((*times.first()?, times[times.len() / 2], *times.last()?))
     }
 
-    /// Frame times of techniques by bits a texel, over all that a shader computes without a costly root.
+    /// Frame times by bits a texel, with the names of the fastest and the slowest.
     pub(crate) fn times_by_bits(&self) -> Option<String> {
-        let mut by_bits: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
+        let mut by_bits: BTreeMap<usize, Vec<(f64, String)>> = BTreeMap::new();
         for record in self.full() {
             if let Some((_, time, _)) = self.gpu_time(&record.technique, &record.format) {
-                let range = by_bits.entry(record.bits_per_texel).or_insert((time, time));
-                *range = (range.0.min(time), range.1.max(time));
+                let name = format!("{} in {}", record.technique, record.format);
+                by_bits.entry(record.bits_per_texel).or_default().push((time, name));
             }
         }
-        let of = |(bits, (least, most)): (&usize, &(f64, f64))| {
-            if least == most {
-                format!("{bits} bits: {least:.2} ms")
-            } else {
-                format!("{bits} bits: {least:.2} to {most:.2} ms")
+        let of = |(bits, times): (&usize, &mut Vec<(f64, String)>)| {
+            times.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let named = |(time, name): &(f64, String)| format!("{time:.2} ms ({name})");
+            match times.as_slice() {
+                [first, .., last] => format!("{bits} bits: {} to {}", named(first), named(last)),
+                rest => format!("{bits} bits: {}", rest.iter().map(named).collect::<String>()),
             }
         };
-        let all: Vec<String> = by_bits.iter().map(of).collect();
-        (!all.is_empty())
-            .then(|| format!("{} (trigonometric and six moments are the slow ones)", all.join("; ")))
+        let all: Vec<String> = by_bits.iter_mut().map(of).collect();
+        (!all.is_empty()).then(|| all.join("; "))
     }
 
     /// The sizes at which a technique is faster than percentage-closer filtering, and those at which it is not.

@@ -18,8 +18,7 @@ const GAP: u32 = 6;
 impl Plan<'_> {
     /// One PNG for each picture: a column for the reference and for each technique.
     pub(crate) fn pictures(&self) -> Result<Vec<RecordedFile>, EvaluationError> {
-        let pictures = self.experiment.picture.iter().map(|picture| self.picture(picture));
-        pictures.collect()
+        self.experiment.picture.iter().map(|picture| self.picture(picture)).collect()
     }
 
     /// The same for each of these scenes and views.

@@ -57,7 +57,7 @@ impl ExponentialVariance {
 }
 
 /// [`cantelli`] with everything divided by the mean: near either end of the depth range squares of warped depths are
-/// subnormal in single precision, and graphics processors take these for 0.
+/// subnormal in single precision, and graphics processors may take these for 0.
 fn relative_cantelli<R: Real>(mean: R, second: R, z_f: R) -> R {
     let offset = z_f - mean;
     if mean == R::zero() {
