@@ -102,7 +102,7 @@ pub(crate) struct ThreePoints<R> {
     pub w: [R; 2],
     at_z_f: R,
     /// First and second moment about z_f.
-    s: [R; 2],
+    pub s: [R; 2],
 }
 
 impl<R: Real> ThreePoints<R> {
@@ -149,7 +149,7 @@ pub(crate) fn solve4<R: Real>(moments: &[R; 4], z_f: R) -> Solution4<R> {
 
 /// Weight of the point 1 / w1 if the three points are 0, 1 / w1 and 1 / w2 and the first moments about 0 are s1, s2.
 #[inline(always)]
-fn front_weight<R: Real>(w1: R, w2: R, s1: R, s2: R) -> R {
+pub(crate) fn front_weight<R: Real>(w1: R, w2: R, s1: R, s2: R) -> R {
     w1 * w1 * (s1 - s2 * w2) / (w1 - w2)
 }
 
@@ -308,7 +308,7 @@ impl<R: Real> Canonical<R> {
 
     /// The weight of the point z_f + 1 / w: its Christoffel number 1 / K(z, z), a sum of squares in which nothing
     /// cancels, whereas weights from the moments lose all digits where a point is close to z_f.
-    fn christoffel(&self, w: R) -> R {
+    pub(crate) fn christoffel(&self, w: R) -> R {
         let n = self.count;
         let is_near = w.abs() >= R::one();
         let u = R::one() / w;

@@ -34,7 +34,7 @@ pub fn hausdorff4<R: Real>(moments: &[R; 4], z_f: R) -> Pair<R> {
 /// Whether all z_f + 1/w lie in \[0, 1\], that is w z_f <= -1 or w (1 - z_f) >= 1. With surfaces at 0 or 1 these are
 /// equalities up to rounding. A z_f at an end takes no part in the second case.
 #[inline(always)]
-fn is_inside<R: Real>(w: &[R], z_f: R) -> bool {
+pub(crate) fn is_inside<R: Real>(w: &[R], z_f: R) -> bool {
     let (zero, one) = (R::zero(), R::one());
     let nearly = one - R::from_f64(INSIDE_ROUNDINGS * R::EPSILON);
     let point_inside = |&w: &R| if w < zero { w * z_f <= -nearly } else { w * (one - z_f) >= nearly };
@@ -42,9 +42,9 @@ fn is_inside<R: Real>(w: &[R], z_f: R) -> bool {
 }
 
 /// The four points of the second case: 0, z_f, t and 1.
-struct FourPoints<R> {
-    free: R,
-    at_zero: R,
+pub(crate) struct FourPoints<R> {
+    pub free: R,
+    pub at_zero: R,
     at_z_f: R,
     at_free: R,
     at_one: R,
@@ -52,7 +52,7 @@ struct FourPoints<R> {
 
 /// Solves the second case. With all mass at the ends any free point serves, with weight 0.
 #[inline(always)]
-fn four_points<R: Real>(moments: &[R; 4], z_f: R) -> FourPoints<R> {
+pub(crate) fn four_points<R: Real>(moments: &[R; 4], z_f: R) -> FourPoints<R> {
     let [b1, b2, b3, b4] = *moments;
     let (zero, one) = (R::zero(), R::one());
     let mass = b1 - b2;
@@ -80,7 +80,7 @@ fn four_points<R: Real>(moments: &[R; 4], z_f: R) -> FourPoints<R> {
 
 impl<R: Real> FourPoints<R> {
     #[inline(always)]
-    fn bounds(&self, z_f: R) -> Pair<R> {
+    pub(crate) fn bounds(&self, z_f: R) -> Pair<R> {
         let one = R::one();
         if self.free < z_f {
             // 0 and the free point lie in front; what lies behind is better conditioned when the free point nears 0.

@@ -50,6 +50,7 @@ pub mod fast_simplex;
 pub mod hamburger;
 pub mod hausdorff;
 mod hermite;
+pub mod in_front;
 mod linear_program;
 pub mod markov;
 pub mod roots;

@@ -1,0 +1,60 @@
+//! Shadow rays a second on one core: a height field of 200 978 triangles.
+
+use applications::rays::{Segment, Triangles};
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use quantization::Random;
+use std::hint::black_box;
+
+const SIDE: usize = 317;
+
+fn height(x: f64, z: f64) -> f64 {
+    (1.3 * x).sin() * (0.9 * z).cos() + 0.3 * (5.1 * x + 2.0 * z).sin()
+}
+
+fn height_field() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let at = |i: usize| 20.0 * i as f64 / SIDE as f64;
+    let vertex = |i: usize| {
+        let (x, z) = (at(i % (SIDE + 1)), at(i / (SIDE + 1)));
+        [x as f32, height(x, z) as f32, z as f32]
+    };
+    let square = |i: usize| {
+        let a = (i / SIDE * (SIDE + 1) + i % SIDE) as u32;
+        let c = a + SIDE as u32 + 1;
+        [[a, c, a + 1], [a + 1, c, c + 1]]
+    };
+    ((0..(SIDE + 1) * (SIDE + 1)).map(vertex).collect(), (0..SIDE * SIDE).flat_map(square).collect())
+}
+
+/// From points on the hills to points of a light: low and wide, so that about half of the rays are occluded.
+fn rays(positions: &[[f32; 3]], triangles: &[[u32; 3]], count: usize) -> Vec<Segment> {
+    let mut random = Random::new(1, 0);
+    let mut rays = Vec::with_capacity(count);
+    // 256 rays a receiver, as a soft shadow sends them.
+    while rays.len() < count {
+        let triangle = (random.unit() * triangles.len() as f64) as u32;
+        let corners = triangles[triangle as usize].map(|v| positions[v as usize].map(f64::from));
+        let origin = [0, 1, 2].map(|k| (corners[0][k] + corners[1][k] + corners[2][k]) / 3.0);
+        for _ in 0..256 {
+            let direction = [0.9 + 0.2 * random.unit(), 0.25 + 0.2 * random.unit(), 0.5 + 0.2 * random.unit()];
+            rays.push(Segment { origin, direction, endless: true, from: Some(triangle) });
+        }
+    }
+    rays
+}
+
+fn shadow_rays(criterion: &mut Criterion) {
+    let (positions, triangles) = height_field();
+    let scene = Triangles::new(&positions, &triangles).expect("valid triangles");
+    let rays = rays(&positions, &triangles, 1 << 16);
+    let occluded = rays.iter().filter(|ray| scene.occludes(ray)).count();
+    assert!((rays.len() / 10..rays.len() * 9 / 10).contains(&occluded), "{occluded} of {}", rays.len());
+    let mut group = criterion.benchmark_group("rays");
+    group.throughput(Throughput::Elements(rays.len() as u64)).sample_size(20);
+    group.bench_function("any_hit", |bencher| {
+        bencher.iter(|| rays.iter().filter(|ray| scene.occludes(black_box(ray))).count())
+    });
+    group.finish();
+}
+
+criterion_group!(benches, shadow_rays);
+criterion_main!(benches);

@@ -1,0 +1,50 @@
+//! Soft shadows from two queries to a filtered field: moment soft shadow mapping (BHS16 section 3) and, with two
+//! moments, variance soft shadow mapping (Yang et al. 2010).
+
+use moment_problem::arithmetic::Real;
+use quantization::QuantizationError;
+
+use super::penumbra::Penumbra;
+use super::reconstruction::Reconstruction;
+use super::{BlockerSearch, Fragment};
+use crate::field::{Fit, MomentField};
+use crate::region::Region;
+
+/// Shadow intensity of a fragment: moments of the search region, blockers from the extremal distribution, moments of
+/// the filter region, the bound.
+///
+/// # Errors
+/// [`QuantizationError::Parameter`] if a region exceeds what the field can sum.
+pub fn filterable_soft_shadow<R: Real>(
+    field: &impl MomentField<R>,
+    technique: &Reconstruction<R>,
+    penumbra: &Penumbra<R>,
+    search: &BlockerSearch<R>,
+    filter: Fit,
+    fragment: &Fragment<R>,
+) -> Result<R, QuantizationError> {
+    let Fragment { position, depth, .. } = *fragment;
+    let region = Region::around(position, penumbra.search(depth));
+    let blockers = technique.blockers(&field.means(&region, search.fit)?, depth - search.bias);
+    if search.is_umbra(&blockers) {
+        return Ok(R::one());
+    }
+    let widths = search.widths(penumbra, depth, &blockers);
+    let means = field.means(&Region::around(position, widths), filter)?;
+    Ok(technique.intensity(&means, fragment.compared))
+}
+
+/// The cheap alternative: hard shadows filtered over a region of fixed full widths in texels.
+///
+/// # Errors
+/// As [`filterable_soft_shadow`].
+pub fn filtered_hard_shadow<R: Real>(
+    field: &impl MomentField<R>,
+    technique: &Reconstruction<R>,
+    widths: [R; 2],
+    filter: Fit,
+    fragment: &Fragment<R>,
+) -> Result<R, QuantizationError> {
+    let means = field.means(&Region::around(fragment.position, widths), filter)?;
+    Ok(technique.intensity(&means, fragment.compared))
+}
