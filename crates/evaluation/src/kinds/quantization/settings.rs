@@ -2,7 +2,7 @@
 
 use super::variant::Variant;
 use crate::error::EvaluationError;
-use crate::filterable::settings::{BiasSetting, in_key};
+use crate::kinds::filterable::settings::{BiasSetting, in_key};
 use moment_problem::Basis;
 use quantization::{DepthInterval, Structure};
 use serde::{Deserialize, Serialize};
@@ -143,8 +143,8 @@ impl QuantizationExperiment {
     /// Rejects values that make no sense, before anything is computed.
     pub(crate) fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
-        if !(1..=crate::filterable::settings::MAX_SIZE).contains(&self.size) {
-            let most = crate::filterable::settings::MAX_SIZE;
+        if !(1..=crate::kinds::filterable::settings::MAX_SIZE).contains(&self.size) {
+            let most = crate::kinds::filterable::settings::MAX_SIZE;
             return fail("size", format!("size = {} is not between 1 and {most}", self.size));
         }
         for (key, value, least) in [

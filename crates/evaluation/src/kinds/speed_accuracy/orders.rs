@@ -3,7 +3,7 @@
 
 use super::records::OrderRecord;
 use super::scenery::{Plan, SceneView};
-use crate::filterable::records::rounded;
+use crate::kinds::filterable::records::rounded;
 use nalgebra::{Matrix5, SymmetricEigen};
 use rayon::prelude::*;
 use shadow_filtering::techniques::MomentBound;

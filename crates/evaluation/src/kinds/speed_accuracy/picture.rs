@@ -4,7 +4,7 @@
 use super::scenery::{Plan, SceneView};
 use super::settings::PictureSetting;
 use crate::error::EvaluationError;
-use crate::filterable::view::{LoadedScene, Source};
+use crate::kinds::filterable::view::{LoadedScene, Source};
 use crate::run_directory::RecordedFile;
 use image::{DynamicImage, ImageFormat, RgbaImage, imageops};
 use rayon::prelude::*;

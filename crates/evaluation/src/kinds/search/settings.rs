@@ -1,7 +1,7 @@
 //! The TOML keys of a candidate search.
 
 use crate::error::EvaluationError;
-use crate::filterable::{BiasSetting, FilterableTechnique};
+use crate::kinds::filterable::{BiasSetting, FilterableTechnique};
 use moment_problem::fast_simplex::MAX_ROWS;
 use moment_problem::{Basis, BasisFunction};
 use serde::{Deserialize, Serialize};

@@ -6,7 +6,7 @@
 use super::records::{FrameSample, GpuRecord};
 use super::scenery::Plan;
 use super::settings::{FrameTiming, SpeedAccuracyExperiment};
-use crate::filterable::view::{LoadedScene, Source};
+use crate::kinds::filterable::view::{LoadedScene, Source};
 use quantization::NumberFormat;
 use shadow_filtering::{Kernel, PassShaders, comparison_shader};
 use std::time::Duration;
@@ -186,7 +186,7 @@ impl SpeedAccuracyExperiment {
 mod tests {
     use super::*;
     use crate::experiment::{Experiment, Kind, Scale};
-    use crate::speed_accuracy::DEFAULT_CANDIDATES;
+    use crate::kinds::speed_accuracy::DEFAULT_CANDIDATES;
     use std::cell::Cell;
     use std::path::Path;
 

@@ -7,13 +7,13 @@ use super::scenery::{Plan, Variant};
 use super::settings::SpeedAccuracyExperiment;
 use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Kind, Scale};
-use crate::filterable::view::LoadedScene;
+use crate::kinds::filterable::view::LoadedScene;
 use crate::run::{Progress, pool};
 use serde::Serialize;
 use std::path::Path;
 
 /// The experiment whose candidates are raced unless a file is given.
-pub const DEFAULT_CANDIDATES: &str = include_str!("../../../../experiments/speed-accuracy.toml");
+pub const DEFAULT_CANDIDATES: &str = include_str!("../../../../../experiments/speed-accuracy.toml");
 
 /// What is asked.
 #[derive(Clone)]

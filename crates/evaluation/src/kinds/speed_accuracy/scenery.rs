@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::settings::{Blend, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
-use crate::filterable::view::{LoadedScene, chosen};
+use crate::kinds::filterable::view::{LoadedScene, chosen};
 use rayon::prelude::*;
 use shadow_filtering::{DepthBias, DepthMap, FilteringError, Kernel, Position, Receiver};
 

@@ -2,8 +2,8 @@
 
 use super::candidate::Candidate;
 use crate::error::EvaluationError;
-use crate::filterable::maps::plain;
-use crate::filterable::settings::{MAX_SIZE, in_key};
+use crate::kinds::filterable::maps::plain;
+use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, KernelSpec, Reference, TechniqueSpec};
 

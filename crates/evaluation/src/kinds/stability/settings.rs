@@ -2,8 +2,8 @@
 
 use super::method::Prepared;
 use crate::error::EvaluationError;
-use crate::filterable::settings::{MAX_SIZE, in_key};
-use crate::quantization::{Alphas, RangeName};
+use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
+use crate::kinds::quantization::{Alphas, RangeName};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::techniques::MomentBound;
 use shadow_filtering::{DepthBias, KernelSpec};

@@ -7,7 +7,7 @@ use super::scenery::{Plan, SceneView, Sums, Variant};
 use super::settings::{Blend, SpeedAccuracyExperiment};
 use super::timing;
 use crate::error::EvaluationError;
-use crate::filterable::records::rounded;
+use crate::kinds::filterable::records::rounded;
 use crate::run::{Progress, Recorded};
 use crate::run_directory::RecordedFile;
 use rayon::prelude::*;

@@ -3,7 +3,7 @@
 use super::settings::{SearchExperiment, SearchReference};
 use super::statistics::Moments;
 use crate::error::EvaluationError;
-use crate::filterable::view::{Lit, LoadedScene, chosen};
+use crate::kinds::filterable::view::{Lit, LoadedScene, chosen};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;

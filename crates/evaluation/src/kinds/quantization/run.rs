@@ -8,7 +8,7 @@ use super::settings::QuantizationExperiment;
 use super::variant::Variant;
 use super::workload::StoredView;
 use crate::error::EvaluationError;
-use crate::filterable::records::rounded;
+use crate::kinds::filterable::records::rounded;
 use crate::run::{Progress, Recorded};
 use crate::run_directory::RecordedFile;
 

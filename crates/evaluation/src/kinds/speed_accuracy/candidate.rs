@@ -3,7 +3,7 @@
 use super::settings::CandidateSetting;
 use crate::error::EvaluationError;
 use crate::kernel::Random;
-use crate::quantization::published;
+use crate::kinds::quantization::published;
 use quantization::{AffineTransform, DepthInterval, NumberFormat, Search, optimise};
 use shadow_filtering::techniques::MomentBound;
 use shadow_filtering::{

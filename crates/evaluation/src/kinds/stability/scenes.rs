@@ -4,7 +4,7 @@ use super::family::Input;
 use super::records::StabilityViewRecord;
 use super::settings::{Shape, StabilityExperiment};
 use crate::error::EvaluationError;
-use crate::filterable::view::{Lit, LoadedScene, chosen};
+use crate::kinds::filterable::view::{Lit, LoadedScene, chosen};
 use rayon::prelude::*;
 use shadow_filtering::Receiver;
 

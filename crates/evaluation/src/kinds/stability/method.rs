@@ -3,7 +3,7 @@
 use super::family::{Input, Moments};
 use super::settings::{Arithmetic, Route, StabilityMethod};
 use crate::error::EvaluationError;
-use crate::quantization::published;
+use crate::kinds::quantization::published;
 use moment_problem::arithmetic::{DoubleDouble, FloatFloat, Real};
 use moment_problem::hamburger::{Pair, hamburger, hamburger4};
 use moment_problem::hausdorff::hausdorff4;

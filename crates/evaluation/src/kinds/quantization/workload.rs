@@ -3,8 +3,8 @@
 use super::records::QuantizationViewRecord;
 use super::settings::QuantizationExperiment;
 use crate::error::EvaluationError;
-use crate::filterable::records::rounded;
-use crate::filterable::view::{Lit, LoadedScene, chosen};
+use crate::kinds::filterable::records::rounded;
+use crate::kinds::filterable::view::{Lit, LoadedScene, chosen};
 use rayon::prelude::*;
 use shadow_filtering::{DepthMap, Kernel, Receiver};
 
