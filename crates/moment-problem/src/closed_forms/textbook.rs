@@ -5,8 +5,8 @@
 //! z_f^2, ...), the roots of c_1 + c_2 z + ... + c_n z^(n-1), weights from the first moments. Where a pivot, c_n or a
 //! difference of two roots vanishes these divide by zero; values are not clamped.
 
+use super::roots;
 use crate::arithmetic::Real;
-use crate::roots;
 
 /// Most support points.
 const MAX_POINTS: usize = 5;
@@ -159,7 +159,7 @@ pub fn hamburger<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> Option<R>
 mod tests {
     use super::*;
     use crate::arithmetic::DoubleDouble;
-    use crate::{hamburger as ours, hausdorff};
+    use crate::closed_forms::{hamburger as ours, hausdorff};
     use proptest::prelude::*;
 
     fn moments<R: Real, const M: usize>(atoms: &[(f64, f64)]) -> [R; M] {

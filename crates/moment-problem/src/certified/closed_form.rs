@@ -1,17 +1,17 @@
 //! The closed forms behind the common interface: exact support, weights, and dual evidence.
 
-use crate::arithmetic::{DoubleDouble, Field, Real};
-use crate::basis::Basis;
-use crate::bounds::{
+use super::bounds::{
     Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
     sorted_support,
 };
+use super::hermite;
+use super::semi_infinite::{CERTIFIED_GAP, PreparedBasis, solve_prepared};
+use crate::arithmetic::{DoubleDouble, Field, Real};
+use crate::basis::Basis;
+use crate::closed_forms::hamburger::canonical;
+use crate::closed_forms::{hausdorff, trigonometric};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
-use crate::hamburger::canonical;
-use crate::hermite;
-use crate::semi_infinite::{CERTIFIED_GAP, PreparedBasis, solve_prepared};
-use crate::{hausdorff, trigonometric};
 
 /// Moments rounded to double precision may make a pivot of the moment matrix negative by this many units of the
 /// moment it is computed from; more means that no distribution has them.

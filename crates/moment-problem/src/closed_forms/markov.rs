@@ -1,7 +1,7 @@
 //! One monotone moment: exponential shadow maps (Markov's inequality) and BHS16's two-depth reconstruction.
 
+use super::hamburger::Pair;
 use crate::arithmetic::Real;
-use crate::hamburger::Pair;
 
 /// Bounds from E\[e^(c z)\], c > 0, for depths on the whole line: exponential shadow maps (MSM15 section 2).
 ///

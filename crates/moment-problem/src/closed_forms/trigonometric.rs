@@ -18,9 +18,9 @@
 //! moments s_k = E\[(x_f - x) x^k / (1 + x^2)^2\], which see only a and b and so satisfy
 //! s_2 - (x_a + x_b) s_1 + x_a x_b s_0 = 0, this is a quartic in x_a in the first and a quadratic in the second case.
 
+use super::hamburger::Pair;
+use super::roots;
 use crate::arithmetic::{DoubleDouble, Real};
-use crate::hamburger::Pair;
-use crate::roots;
 
 /// A candidate distribution: its mass strictly in front of z_f, and its points.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,11 @@
 //! MSM15 Algorithm 1 through good_lp, with every answer checked.
 
+use super::bounds::{Bounds, Interval, LowerBound, check_depths, check_input};
+use super::semi_infinite::{CERTIFIED_GAP, Column, PreparedBasis, Program, Solution, Step, assemble};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
-use crate::bounds::{Bounds, Interval, LowerBound, check_depths, check_input};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
-use crate::semi_infinite::{CERTIFIED_GAP, Column, PreparedBasis, Program, Solution, Step, assemble};
 use good_lp::{
     Expression, ProblemVariables, ResolutionError, Solution as _, SolverModel, constraint, variable,
 };

@@ -1,8 +1,10 @@
 //! Basis functions and ordered sets of them.
 
+mod expression;
+
 use crate::arithmetic::{Ball, DoubleDouble, Field, Jet};
 use crate::error::BasisError;
-use crate::expression::{Expression, Function, Operator};
+use expression::{Expression, Function, Operator};
 use serde::Deserialize;
 use std::fmt;
 use std::path::Path;

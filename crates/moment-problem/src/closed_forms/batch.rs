@@ -302,7 +302,7 @@ batch!(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hamburger::hamburger;
+    use crate::closed_forms::hamburger::hamburger;
 
     /// Moments of three to six surfaces, biased as single precision needs it, and awkward ones among them.
     fn inputs(count: usize) -> ([Vec<f32>; 6], Vec<f32>) {

@@ -12,7 +12,7 @@ pub(crate) use simplex::{Program, Solution, minimise};
 
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
-use crate::bounds::{
+use crate::certified::bounds::{
     Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
     sorted_support,
 };

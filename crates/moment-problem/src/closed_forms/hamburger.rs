@@ -16,8 +16,8 @@
 //! that many surfaces are determined by that many moments (MSM15 Proposition 4). A pivot that is used is positive: its
 //! absolute value, and at least its rounding error.
 
+use super::roots;
 use crate::arithmetic::Real;
-use crate::roots;
 
 /// Sharp lower and upper bound, both in \[0, 1\] and never NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
