@@ -4,6 +4,7 @@ use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::distribution::DepthDistribution;
 use crate::error::MomentError;
+use std::fmt;
 
 /// The set I of admissible depths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,6 +13,16 @@ pub enum Interval {
     Real,
     /// \[0, 1\].
     Unit,
+}
+
+impl fmt::Display for Interval {
+    /// As it is spelled on the command line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Real => "real",
+            Self::Unit => "unit",
+        })
+    }
 }
 
 /// Sharp bounds of the mass before z_f over all distributions with the given moments, with evidence.

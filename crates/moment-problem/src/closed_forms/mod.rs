@@ -4,6 +4,9 @@ pub mod batch;
 pub mod hamburger;
 pub mod hausdorff;
 pub mod markov;
+mod moment_bound;
 pub mod roots;
 pub mod textbook;
 pub mod trigonometric;
+
+pub use moment_bound::MomentBound;

@@ -13,14 +13,14 @@ pub(crate) fn compare(plan: &Plan<'_>, view: &View) -> Result<Vec<AgreementRecor
     let mut records = Vec::new();
     let wanted = plan.experiment.agreement_fragments;
     for settings in plan.experiment.technique.iter().filter(|_| wanted > 0) {
-        let (bound, options, basis) = match settings.method {
-            Some(TechniqueSpec::Hausdorff4(options)) => (MomentBound::Hausdorff4, options, "power:4"),
-            Some(TechniqueSpec::Trigonometric4(options)) => (MomentBound::Trigonometric4, options, "trig:2"),
+        let (bound, options) = match settings.method {
+            Some(TechniqueSpec::Hausdorff4(options)) => (MomentBound::Hausdorff4, options),
+            Some(TechniqueSpec::Trigonometric4(options)) => (MomentBound::Trigonometric4, options),
             _ => continue,
         };
         let fail = |error| settings.failure(error);
         let closed = Moments::new(bound, options).map_err(fail)?;
-        let program = Certified::new(basis).map_err(fail)?;
+        let program = Certified::new(bound.basis_name()).map_err(fail)?;
         let filtered = filter(&encode::<f64>(&view.map, &closed).map_err(fail)?, &plan.kernel);
         let distances: Vec<Result<f64, String>> = spread(view.samples.len(), wanted)
             .into_par_iter()

@@ -96,10 +96,7 @@ impl Variant {
 
     /// The bias in circulation for its basis, range and format.
     pub(crate) fn circulated(&self) -> Option<&'static Circulated> {
-        let basis = match self.storage.bound() {
-            MomentBound::Trigonometric4 => "trig:2".to_owned(),
-            _ => format!("power:{}", self.storage.bound().order()),
-        };
+        let basis = self.storage.bound().basis_name();
         let signed = self.storage.interval() == DepthInterval::SIGNED;
         // Every fixed-point format of a summed-area table stands for the one that was published.
         let format = if self.format.starts_with("u32/") { "u32/" } else { &self.format };
@@ -145,7 +142,7 @@ pub(crate) fn published(
         let known: Vec<&str> = others.iter().copied().chain(all.iter().map(|p| p.name)).collect();
         return Err(format!("unknown transform (known: {})", known.join(", ")));
     };
-    if bound == MomentBound::Trigonometric4 {
+    if bound.is_trigonometric() {
         return Err("is a transform of power moments".to_owned());
     }
     Ok((published.transform().map_err(|error| error.to_string())?, published.interval()))

@@ -140,12 +140,8 @@ fn transform(
     technique: &dyn Technique,
     seed: u64,
 ) -> Result<Option<AffineTransform>, String> {
-    // Hamburger bounds store powers of 2 z - 1, the others functions of z.
     let bound = moment_bound(spec).map(|(bound, _)| bound);
-    let interval = match bound {
-        Some(MomentBound::Hausdorff4 | MomentBound::Trigonometric4) | None => DepthInterval::UNIT,
-        Some(_) => DepthInterval::SIGNED,
-    };
+    let interval = bound.map_or(DepthInterval::UNIT, DepthInterval::of_variable);
     match (name, bound) {
         ("identity", _) => Ok(None),
         ("plain", _) => plain(technique).map(Some),

@@ -8,7 +8,6 @@
 //! expectations over the depths; trigonometric bounds are the closed form, where 32 digits of the moments suffice.
 
 use super::family::{Input, Moments};
-use super::method::our_bounds;
 use moment_problem::arithmetic::{DoubleDouble, Real};
 use shadow_filtering::techniques::MomentBound;
 
@@ -38,18 +37,16 @@ const POLISH: f64 = 1e-6;
 
 /// The exact lower bound of the distribution's moments at z_f; `None` where 32 digits do not suffice.
 pub(crate) fn lower(bound: MomentBound, input: &Input, moments: &Moments<Wide>) -> Option<f64> {
-    // Distributions of so few depths are determined by their moments (MSM15 Proposition 4).
-    let determined = match bound {
-        MomentBound::Hausdorff4 | MomentBound::Trigonometric4 => 2,
-        _ => bound.order() / 2,
-    };
-    if input.distinct_depths() <= determined {
+    if input.distinct_depths() <= bound.determined_depths() {
         return Some(input.mass_before());
     }
     match bound {
         MomentBound::Trigonometric4 => trigonometric(input, moments),
         MomentBound::Hausdorff4 => Some(hausdorff(input)),
-        _ => {
+        MomentBound::Hamburger2
+        | MomentBound::Hamburger4
+        | MomentBound::Hamburger6
+        | MomentBound::Hamburger8 => {
             let polynomials = Polynomials::new(&centred(input), bound.order() / 2);
             Some(polynomials.weight_before().to_f64().clamp(0.0, 1.0))
         }
@@ -77,7 +74,7 @@ fn trigonometric(input: &Input, moments: &Moments<Wide>) -> Option<f64> {
     let z_f = Wide::from(input.z_f);
     let at = |factor: f64| {
         let scale = Wide::from(1.0) + Wide::from(factor);
-        our_bounds(MomentBound::Trigonometric4, &moments.waves.map(|b| b * scale), z_f).lower.to_f64()
+        MomentBound::Trigonometric4.bounds(&moments.waves.map(|b| b * scale), z_f).lower.to_f64()
     };
     let value = at(0.0);
     ([NUDGE, -NUDGE].iter().all(|&nudge| (at(nudge) - value).abs() < KNOWN)).then_some(value)
@@ -261,7 +258,7 @@ mod tests {
                 MomentBound::Hausdorff4,
             ] {
                 let quadrature = lower(bound, &input, &moments).unwrap();
-                let closed = our_bounds(bound, &moments.unit, Wide::from(input.z_f)).lower.to_f64();
+                let closed = bound.bounds(&moments.unit, Wide::from(input.z_f)).lower.to_f64();
                 assert!((quadrature - closed).abs() < 1e-9, "{bound:?} {input:?}: {quadrature} {closed}");
                 assert!(quadrature <= input.mass_before() + 1e-12);
             }

@@ -4,11 +4,9 @@ use super::family::{Input, Moments};
 use super::settings::{Arithmetic, Route, StabilityMethod};
 use crate::error::EvaluationError;
 use crate::kinds::quantization::published;
+use moment_problem::Interval;
 use moment_problem::arithmetic::{DoubleDouble, FloatFloat, Real};
-use moment_problem::hamburger::{Pair, hamburger, hamburger4};
-use moment_problem::hausdorff::hausdorff4;
-use moment_problem::textbook;
-use moment_problem::trigonometric::trigonometric4;
+use moment_problem::hamburger::Pair;
 use quantization::{AffineTransform, DepthInterval, Encoding, NumberFormat};
 use shadow_filtering::techniques::MomentBound;
 
@@ -62,7 +60,7 @@ impl Prepared {
         if !(0.0..1.0).contains(&method.alpha) {
             return fail("alpha", format!("{} is not in [0, 1)", method.alpha));
         }
-        if method.route == Route::Textbook && method.bound == MomentBound::Trigonometric4 {
+        if method.route == Route::Textbook && method.bound.is_trigonometric() {
             let reason = "the algorithm of trigonometric moments is not published in full".to_owned();
             return fail("route", reason);
         }
@@ -96,7 +94,7 @@ impl Prepared {
             encoding = Some(Encoding::new(transform, format));
         }
         let signed = interval == DepthInterval::SIGNED;
-        if signed && matches!(method.bound, MomentBound::Hausdorff4 | MomentBound::Trigonometric4) {
+        if signed && method.bound.interval() == Interval::Unit {
             return fail("range", format!("{} needs depths from 0 to 1", method.bound.name()));
         }
         let mut target = [0.0; MAX_MOMENTS];
@@ -112,10 +110,10 @@ impl Prepared {
 
     /// The moments in the method's variable.
     pub(crate) fn moments<'a, R>(&self, moments: &'a Moments<R>) -> &'a Vector<R> {
-        match (self.bound, self.signed) {
-            (MomentBound::Trigonometric4, _) => &moments.waves,
-            (_, true) => &moments.signed,
-            (_, false) => &moments.unit,
+        match (self.bound.is_trigonometric(), self.signed) {
+            (true, _) => &moments.waves,
+            (false, true) => &moments.signed,
+            (false, false) => &moments.unit,
         }
     }
 
@@ -176,9 +174,9 @@ impl Prepared {
     /// The bound of biased moments.
     fn bounded<R: Real>(&self, b: &Vector<R>, z_f: R) -> Answer {
         match self.route {
-            Route::Textbook => Answer { lower: published_bound(self.bound, b, z_f), upper: None },
+            Route::Textbook => Answer { lower: self.bound.textbook(b, z_f).map(Real::to_f64), upper: None },
             Route::Ours => {
-                let Pair { lower, upper } = our_bounds(self.bound, b, z_f);
+                let Pair { lower, upper } = self.bound.bounds(b, z_f);
                 let number = |value: R| Some(value.to_f64()).filter(|value| value.is_finite());
                 Answer { lower: number(lower), upper: number(upper) }
             }
@@ -188,39 +186,11 @@ impl Prepared {
     /// The exact bound of the exact moments with a bias.
     pub(crate) fn exact_biased(&self, moments: &Vector<DoubleDouble>, z_f: f64, alpha: f64) -> f64 {
         let biased = self.biased(moments, alpha);
-        our_bounds(self.bound, &biased, DoubleDouble::from(z_f)).lower.to_f64()
+        self.bound.bounds(&biased, DoubleDouble::from(z_f)).lower.to_f64()
     }
 
     /// Whether inputs without an exact bound are given to it: single or double precision, our forms, no storage.
     pub(crate) fn is_checked(&self) -> bool {
         self.route == Route::Ours && self.arithmetic != Arithmetic::Pairs && self.encoding.is_none()
     }
-}
-
-fn leading<R: Copy, const M: usize>(b: &Vector<R>) -> [R; M] {
-    std::array::from_fn(|k| b[k])
-}
-
-/// Our form of a bound.
-pub(crate) fn our_bounds<R: Real>(bound: MomentBound, b: &Vector<R>, z_f: R) -> Pair<R> {
-    match bound {
-        MomentBound::Hamburger2 => hamburger(&leading::<R, 2>(b), z_f),
-        MomentBound::Hamburger4 => hamburger4(&leading(b), z_f),
-        MomentBound::Hamburger6 => hamburger(&leading::<R, 6>(b), z_f),
-        MomentBound::Hamburger8 => hamburger(b, z_f),
-        MomentBound::Hausdorff4 => hausdorff4(&leading(b), z_f),
-        MomentBound::Trigonometric4 => trigonometric4(&leading(b), z_f),
-    }
-}
-
-fn published_bound<R: Real>(bound: MomentBound, b: &Vector<R>, z_f: R) -> Option<f64> {
-    let value = match bound {
-        MomentBound::Hamburger2 => textbook::hamburger(&leading::<R, 2>(b), z_f),
-        MomentBound::Hamburger4 => textbook::hamburger4(&leading(b), z_f),
-        MomentBound::Hamburger6 => textbook::hamburger(&leading::<R, 6>(b), z_f),
-        MomentBound::Hamburger8 => textbook::hamburger(b, z_f),
-        MomentBound::Hausdorff4 => textbook::hausdorff4(&leading(b), z_f),
-        MomentBound::Trigonometric4 => None,
-    };
-    value.map(Real::to_f64)
 }

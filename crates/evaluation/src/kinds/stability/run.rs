@@ -251,11 +251,7 @@ impl Tables {
 
 /// The command line that prints the exact bound of an input.
 fn command(bound: MomentBound, worst: &Worst) -> String {
-    let (basis, interval) = match bound {
-        MomentBound::Trigonometric4 => ("trig:2".to_owned(), "unit"),
-        MomentBound::Hausdorff4 => ("power:4".to_owned(), "unit"),
-        _ => (format!("power:{}", bound.order()), "real"),
-    };
+    let (basis, interval) = (bound.basis_name(), bound.interval());
     let mut text = format!("msm bound --basis {basis} --interval {interval} --atoms ");
     for (i, (z, w)) in worst.input.atoms.iter().enumerate() {
         let comma = if i > 0 { "," } else { "" };
