@@ -4,13 +4,13 @@
 use std::time::Duration;
 
 use libtest_mimic::{Failed, Trial};
+use scenes::{Scene, load_scene};
 use shadow_filtering::{
     ChannelMap, Kernel, PassShaders, StoredTechnique, Technique, TechniqueSpec, comparison_shader, filter,
     resolve,
 };
 use shadow_renderer::{
-    DepthMap, FrameRenderer, FrameSettings, FrameShaders, LightFrame, Sampling, Scene, TexelFormat,
-    WHOLE_FRAME, load_scene,
+    DepthMap, FrameRenderer, FrameSettings, FrameShaders, LightFrame, Sampling, TexelFormat, WHOLE_FRAME,
 };
 
 use quantization::NumberFormat;

@@ -6,9 +6,9 @@ use wgpu::BufferUsages as Usage;
 
 use super::device::{Gpu, Scopes};
 use super::work_items::{GpuTriangle, Item, gpu_triangles, items, most_fragments};
-use crate::assemble::{Band, Key};
-use crate::memory::Budget;
-use crate::prepare::PreparedTriangles;
+use crate::stack::assemble::{Band, Key};
+use crate::stack::memory::Budget;
+use crate::stack::prepare::PreparedTriangles;
 use crate::{RenderError, StageTimes};
 
 /// Sizes of the pieces into which work is cut, so that every binding stays within its limit.
@@ -294,7 +294,7 @@ impl<'a> Extraction<'a> {
 }
 
 fn key_of([triangle, depth]: [u32; 2]) -> Key {
-    crate::assemble::key(depth, triangle)
+    crate::stack::assemble::key(depth, triangle)
 }
 
 fn lap(since: &mut Instant) -> std::time::Duration {

@@ -4,8 +4,9 @@ use bytemuck::{Pod, Zeroable};
 use wgpu::{BufferUsages as Usage, TextureUsages};
 
 use super::device::{Gpu, Scopes, gpu};
-use crate::fixed_point::Masks;
-use crate::{BINDING_BYTES, LightFrame, RenderError, Scene};
+use crate::stack::fixed_point::Masks;
+use crate::{BINDING_BYTES, LightFrame, RenderError};
+use scenes::Scene;
 
 /// Nearest depths of a directional light's view with `samples` samples a texel.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,10 +65,10 @@ impl DepthMap {
     ///
     /// # Errors
     /// [`RenderError::Gpu`] without adapter or where it fails or lacks memory; [`RenderError::MapSize`],
-    /// [`RenderError::EmptyScene`] and [`RenderError::Scene`] as for stacks.
+    /// [`RenderError::Scene`] as for stacks.
     pub fn render(scene: &Scene, frame: &LightFrame, sampling: Sampling) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
-        crate::check_scene::check_scene(scene)?;
+        scene.check()?;
         let masks = Masks::new(scene)?;
         let gpu = gpu().map_err(|reason| RenderError::Gpu(reason.to_owned()))?;
         let scopes = Scopes::open(&gpu.device);

@@ -6,9 +6,10 @@ use wgpu::{BufferUsages as Usage, TextureFormat as Format, TextureUsages as Uses
 use super::cover_pass::cleared;
 use super::depth_map;
 use super::device::Gpu;
-use crate::fixed_point::Masks;
-use crate::frame_raster::View;
-use crate::{LightFrame, RenderError, Scene};
+use crate::frame::raster::View;
+use crate::stack::fixed_point::Masks;
+use crate::{LightFrame, RenderError};
+use scenes::Scene;
 
 /// Corners sent to the device in one piece.
 const TRIANGLES_PER_BUFFER: usize = 1 << 19;

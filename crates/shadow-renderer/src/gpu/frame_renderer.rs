@@ -13,8 +13,11 @@ use super::device::{Gpu, Scopes, open};
 use super::filter_chain::Chain;
 use super::frame_geometry::{Geometry, Targets, TrianglePass};
 use super::pass_timer::Timer;
-use crate::light_frame::{check_size, normalize};
-use crate::{AdapterName, LightFrame, RenderError, Scene};
+use scenes::vector::normalize;
+
+use crate::light_frame::check_size;
+use crate::{AdapterName, LightFrame, RenderError};
+use scenes::Scene;
 
 /// How texels of a filtered map are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,11 +5,9 @@ use super::settings::FilterableExperiment;
 use crate::error::EvaluationError;
 use crate::kernel::Random;
 use rayon::prelude::*;
+use scenes::{LightView, Scene, load_scene};
 use shadow_filtering::{DepthMap, FilteringError, Kernel, Receiver, SurfaceCounter};
-use shadow_renderer::{
-    Backend, LightFrame, LightView, RenderError, Scene, ShadowMapStack, load_scene, render_in_frame,
-    render_stack,
-};
+use shadow_renderer::{Backend, LightFrame, RenderError, ShadowMapStack, render_in_frame, render_stack};
 use std::borrow::Cow;
 use std::path::Path;
 

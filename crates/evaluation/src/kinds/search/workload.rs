@@ -7,9 +7,9 @@ use crate::kinds::filterable::view::{Lit, LoadedScene, chosen};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
+use scenes::LightView;
 use sha2::{Digest, Sha256};
 use shadow_filtering::{DepthMap, Kernel, Receiver, Technique};
-use shadow_renderer::LightView;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
