@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use graphics_device::DeviceError;
 use scenes::InvalidScene;
 
 /// Why no stack, frame or file could be made.
@@ -84,5 +85,5 @@ pub enum RenderError {
     },
     /// The graphics device could not be used; [`crate::render_stack`] answers this by using the CPU.
     #[error("graphics device: {0}")]
-    Gpu(String),
+    Gpu(#[from] DeviceError),
 }

@@ -16,7 +16,6 @@ pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
 pub use stack::pictures;
 pub use stack::prepare::{PreparedTriangles, SUBTEXELS};
 pub use stack::render::{
-    AdapterName, BINDING_BYTES, Backend, RenderReport, StageTimes, gpu_adapter, render_in_chunks,
-    render_in_frame, render_stack,
+    BINDING_BYTES, Backend, RenderReport, StageTimes, render_in_chunks, render_in_frame, render_stack,
 };
 pub use stack::{FacingBits, Fragment, LayerStatistics, ShadowMapStack};

@@ -2,7 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use crate::gpu::{self, ChunkSizes};
+use graphics_device::{AdapterName, GraphicsDevice};
+
+use crate::gpu::{ABuffer, ChunkSizes};
 use crate::stack::assemble::{Band, assemble};
 use crate::stack::memory::{self, Budget};
 use crate::stack::rasterize::{BandTimes, rasterize};
@@ -23,33 +25,6 @@ pub enum Backend {
 
 /// Bytes of a storage binding that every graphics adapter offers.
 pub const BINDING_BYTES: u64 = 128 << 20;
-
-/// The graphics adapter that rendered.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AdapterName {
-    /// Name of the device.
-    pub name: String,
-    /// Kind of device: `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` (software) or `Other`.
-    pub device_type: String,
-    /// Driver with version, as far as it tells.
-    pub driver: String,
-    /// Graphics interface, for example `vulkan`.
-    pub api: String,
-}
-
-impl std::fmt::Display for AdapterName {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} ({}, {}, {})", self.name, self.device_type, self.api, self.driver)
-    }
-}
-
-/// The adapter that [`Backend::Gpu`] uses.
-///
-/// # Errors
-/// [`RenderError::Gpu`] with the reason why there is none.
-pub fn gpu_adapter() -> Result<AdapterName, RenderError> {
-    gpu::gpu().map(|gpu| gpu.name.clone()).map_err(|reason| RenderError::Gpu(reason.to_owned()))
-}
 
 /// Wall-clock time of each step. On the CPU the steps inside the bands overlap; there `raster`, `group` and `sort`
 /// are sums over threads and `total` is less than the sum.
@@ -228,16 +203,19 @@ fn extract_on_gpu(
     times: &mut StageTimes,
 ) -> Result<Attempt, RenderError> {
     let opening = Instant::now();
-    let gpu = match gpu::gpu() {
+    let gpu = match GraphicsDevice::shared() {
         Ok(gpu) => gpu,
-        Err(reason) => return Ok(Attempt::Refused(reason.to_owned())),
+        Err(reason) => return Ok(Attempt::Refused(reason.to_string())),
     };
-    times.device = opening.elapsed();
     if backend == Backend::Auto && gpu.software {
         return Ok(Attempt::Refused(format!("only a software adapter: {}", gpu.name)));
     }
     let sizes = ChunkSizes::for_bindings(binding_bytes.min(BINDING_BYTES));
-    match gpu::extract(gpu, prepared, budget, sizes, times) {
+    let extracted = ABuffer::shared().map_err(RenderError::Gpu).and_then(|abuffer| {
+        times.device = opening.elapsed();
+        abuffer.extract(prepared, budget, sizes, times)
+    });
+    match extracted {
         Ok(bands) => Ok(Attempt::Rendered(bands, gpu.name.clone())),
         Err(RenderError::Gpu(reason)) => Ok(Attempt::Refused(format!("{}: {reason}", gpu.name))),
         Err(error) => Err(error),

@@ -7,11 +7,12 @@ use super::records::{FrameSample, GpuRecord};
 use super::scenery::Plan;
 use super::settings::{FrameTiming, SpeedAccuracyExperiment};
 use crate::kinds::filterable::view::{LoadedScene, Source};
+use graphics_device::{DeviceError, GraphicsDevice};
 use quantization::NumberFormat;
 use shadow_filtering::{Kernel, PassShaders, comparison_shader};
 use std::time::Duration;
 
-use shadow_renderer::{FrameRenderer, FrameSettings, FrameShaders, RenderError, TexelFormat, gpu_adapter};
+use shadow_renderer::{FrameRenderer, FrameSettings, FrameShaders, RenderError, TexelFormat};
 
 /// Times and what they were measured on.
 pub(crate) struct FrameTimes {
@@ -68,7 +69,7 @@ impl Plan<'_> {
         samples: &mut Vec<FrameSample>,
         before_frames: &dyn Fn(&FrameRenderer),
     ) -> Result<(), String> {
-        let adapter = gpu_adapter().map_err(|error| format!("not timed: {error}"))?;
+        let adapter = &GraphicsDevice::shared().map_err(|error| format!("not timed: {error}"))?.name;
         gpu.adapter = adapter.name.clone();
         gpu.device_type = adapter.device_type.clone();
         gpu.driver = adapter.driver.clone();
@@ -109,8 +110,9 @@ impl Plan<'_> {
                 let warm_up = Duration::from_millis(timing.warm_up_ms);
                 let passes = match renderer.time(shaders, &settings, warm_up, timing.frames) {
                     Ok(passes) => passes,
+                    Err(error @ RenderError::Gpu(DeviceError::Lost(_))) => return Err(stopped(error)),
                     // Others may still work, for example where this format cannot be filtered.
-                    Err(RenderError::Gpu(reason)) if !reason.contains("lost") => {
+                    Err(RenderError::Gpu(reason)) => {
                         gpu.skipped += 1;
                         gpu.last_skipped = format!("{technique} in {format}: {reason}");
                         continue;
@@ -217,7 +219,7 @@ mod tests {
             }
         };
         let stopped = plan.timed(&timing, &mut gpu, &mut samples, &lose_third).unwrap_err();
-        if gpu_adapter().is_err() {
+        if GraphicsDevice::shared().is_err() {
             assert!(stopped.starts_with("not timed: ") && gpu.adapter.is_empty(), "{stopped}");
             assert!(samples.is_empty());
             return;
