@@ -8,14 +8,13 @@ mod error;
 mod experiment;
 mod kernel;
 mod kinds;
-mod lines;
 mod method;
 mod provenance;
 mod run;
 mod run_directory;
 
 pub use error::EvaluationError;
-pub use experiment::{Experiment, Kind, Scale};
+pub use experiment::{Experiment, Scale};
 pub use kernel::{Kernel, Region, Surface, uniform_distribution};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsRecord, BoundsSample, Figure, KernelRecord, Mark, Technique, Timing,

@@ -6,7 +6,7 @@ use crate::published::comparison;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use evaluation::{
-    Experiment, Kind, PictureSetting, RunDirectory, Scale, SearchRecord, SpeedAccuracyExperiment,
+    Experiment, PictureSetting, RunDirectory, Scale, SearchExperiment, SearchRecord, SpeedAccuracyExperiment,
     SpeedAccuracyRecord, SpeedViewRecord,
 };
 use pulldown_cmark::{CowStr, Event, Options, Parser, Tag, TagEnd};
@@ -156,10 +156,7 @@ fn points(run: &RunDirectory) -> Result<Option<Vec<Point>>, ReportError> {
 /// The experiment of a run that compares speed and accuracy.
 fn speed_accuracy(run: &RunDirectory) -> Result<Option<SpeedAccuracyExperiment>, ReportError> {
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
-    Ok(match experiment.kind {
-        Kind::SpeedAccuracy(speed) => Some(*speed),
-        _ => None,
-    })
+    Ok(experiment.settings().cloned())
 }
 
 /// A picture whose columns are compared.
@@ -218,9 +215,9 @@ fn candidates(run: &RunDirectory) -> Result<Option<Candidates>, ReportError> {
         return Ok(None);
     }
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
-    let mut functions: Vec<String> = match experiment.kind {
-        Kind::Search(search) => search.functions()?.iter().map(|f| f.name().to_owned()).collect(),
-        _ => Vec::new(),
+    let mut functions: Vec<String> = match experiment.settings::<SearchExperiment>() {
+        Some(search) => search.functions()?.iter().map(|f| f.name().to_owned()).collect(),
+        None => Vec::new(),
     };
     let mut sizes: Vec<(usize, Vec<u8>)> = Vec::new();
     for record in run.rows::<SearchRecord>("records.csv")?.iter().filter(|r| r.fragments > 0) {

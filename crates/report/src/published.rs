@@ -7,7 +7,8 @@ use crate::speed_summary::SpeedTables;
 use crate::stability_summary::StabilityTables;
 use crate::{filterable_summary, stability_claims};
 use evaluation::{
-    BiasRecord, Experiment, FilterableExperiment, Kind, Provenance, RunDirectory, Scale, SearchExperiment,
+    BiasRecord, Experiment, FilterableExperiment, Provenance, QuantizationExperiment, RunDirectory, Scale,
+    SearchExperiment, SpeedAccuracyExperiment, StabilityExperiment,
 };
 use moment_problem::Basis;
 use std::fmt::Write as _;
@@ -32,16 +33,19 @@ fn row(source: &'static str, says: &str, measured: Option<String>) -> Option<Pub
 /// The rows of one run; none where its records lack what is needed.
 pub(crate) fn of_run(run: &RunDirectory) -> Result<Vec<Published>, ReportError> {
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
-    Ok(match &experiment.kind {
-        Kind::Bounds(_) => Vec::new(),
-        Kind::Filterable(filterable) => {
-            of_filterable(&filterable_summary::Tables::read(run, filterable)?, filterable)
-        }
-        Kind::Quantization(_) => of_quantization(&QuantizationTables::read(run)?),
-        Kind::Search(search) => of_search(&SearchTables::read(run)?, search, &run.provenance()?),
-        Kind::Stability(stability) => stability_claims::published(&StabilityTables::read(run, stability)?),
-        Kind::SpeedAccuracy(speed) => of_speed(&SpeedTables::read(run, speed)?),
-    })
+    if let Some(filterable) = experiment.settings::<FilterableExperiment>() {
+        Ok(of_filterable(&filterable_summary::Tables::read(run, filterable)?, filterable))
+    } else if experiment.settings::<QuantizationExperiment>().is_some() {
+        Ok(of_quantization(&QuantizationTables::read(run)?))
+    } else if let Some(search) = experiment.settings::<SearchExperiment>() {
+        Ok(of_search(&SearchTables::read(run)?, search, &run.provenance()?))
+    } else if let Some(stability) = experiment.settings::<StabilityExperiment>() {
+        Ok(stability_claims::published(&StabilityTables::read(run, stability)?))
+    } else if let Some(speed) = experiment.settings::<SpeedAccuracyExperiment>() {
+        Ok(of_speed(&SpeedTables::read(run, speed)?))
+    } else {
+        Ok(Vec::new())
+    }
 }
 
 pub(crate) fn of_search(

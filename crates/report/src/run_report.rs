@@ -14,22 +14,28 @@ use crate::{
     search_figures, search_tables, speed_figures, speed_tables, stability_figures, stability_tables,
 };
 use evaluation::{
-    BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Kind, Provenance,
-    QuantizationExperiment, RecordedFile, RunDirectory, Scale, SearchExperiment, SpeedAccuracyExperiment,
-    StabilityExperiment,
+    BoundsExperiment, Experiment, FilterableExperiment, KernelRecord, Provenance, QuantizationExperiment,
+    RecordedFile, RunDirectory, Scale, SearchExperiment, SpeedAccuracyExperiment, StabilityExperiment,
 };
 use std::fmt::Write as _;
 
 /// Everything that `msm report` writes into a run directory, computed from its records alone.
 pub fn files(run: &RunDirectory) -> Result<Vec<RecordedFile>, ReportError> {
     let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
-    match &experiment.kind {
-        Kind::Bounds(bounds) => bounds_files(run, bounds),
-        Kind::Filterable(filterable) => filterable_files(run, filterable),
-        Kind::Quantization(quantization) => quantization_files(run, quantization),
-        Kind::Search(search) => search_files(run, search),
-        Kind::Stability(stability) => stability_files(run, stability),
-        Kind::SpeedAccuracy(speed) => speed_files(run, speed),
+    if let Some(bounds) = experiment.settings() {
+        bounds_files(run, bounds)
+    } else if let Some(filterable) = experiment.settings() {
+        filterable_files(run, filterable)
+    } else if let Some(quantization) = experiment.settings() {
+        quantization_files(run, quantization)
+    } else if let Some(search) = experiment.settings() {
+        search_files(run, search)
+    } else if let Some(stability) = experiment.settings() {
+        stability_files(run, stability)
+    } else if let Some(speed) = experiment.settings() {
+        speed_files(run, speed)
+    } else {
+        Err(ReportError::Empty { figure: format!("a page for kind \"{}\"", experiment.kind_name()) })
     }
 }
 

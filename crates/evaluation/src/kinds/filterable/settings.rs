@@ -1,6 +1,8 @@
 //! The TOML keys of the kind `filterable`.
 
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
+use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, FilteringError, KernelSpec, Reference, SurfaceCounter, TechniqueSpec};
 
@@ -114,9 +116,14 @@ pub struct Picture {
     pub techniques: Vec<String>,
 }
 
-impl FilterableExperiment {
-    /// Rejects values that make no sense, before anything is rendered.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Settings for FilterableExperiment {
+    const KIND: &'static str = "filterable";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=MAX_SIZE).contains(&self.size) {
             return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
@@ -191,6 +198,30 @@ impl FilterableExperiment {
         Ok(())
     }
 
+    fn scenes(&self) -> Option<&[String]> {
+        Some(&self.scenes)
+    }
+
+    fn replace_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+        if !self.maps.views.is_empty() {
+            self.maps.views = vec!["*".to_owned()];
+        }
+        self.picture.truncate(1);
+        for picture in &mut self.picture {
+            picture.scene.clone_from(&scenes[0]);
+            picture.view.clear();
+            picture.texel = None;
+        }
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl FilterableExperiment {
     fn check_technique(&self, index: usize) -> Result<(), EvaluationError> {
         let technique = &self.technique[index];
         let place = format!("technique[{index}]");
@@ -222,21 +253,6 @@ impl FilterableExperiment {
             });
         }
         Ok(())
-    }
-
-    /// Replaces the scenes; maps and pictures then show the new ones.
-    pub(crate) fn with_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
-        if !self.maps.views.is_empty() {
-            self.maps.views = vec!["*".to_owned()];
-        }
-        self.picture.truncate(1);
-        for picture in &mut self.picture {
-            picture.scene.clone_from(&scenes[0]);
-            picture.view.clear();
-            picture.texel = None;
-        }
     }
 
     /// How F is computed under a bias.

@@ -187,7 +187,7 @@ impl SpeedAccuracyExperiment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::{Experiment, Kind, Scale};
+    use crate::experiment::{Experiment, Scale};
     use crate::kinds::speed_accuracy::DEFAULT_CANDIDATES;
     use std::cell::Cell;
     use std::path::Path;
@@ -196,8 +196,8 @@ mod tests {
     fn a_lost_device_ends_the_rows_of_the_gpu_and_nothing_else() {
         let file = Path::new("speed-accuracy.toml");
         let read = Experiment::parse(file, DEFAULT_CANDIDATES, Scale::Smoke, None).unwrap();
-        let Kind::SpeedAccuracy(experiment) = read.kind else { panic!("another kind") };
-        let plan = Plan::new(&experiment).unwrap();
+        let experiment: &SpeedAccuracyExperiment = read.settings().unwrap();
+        let plan = Plan::new(experiment).unwrap();
         let timing = FrameTiming {
             map_size: 64,
             output: [64, 64],

@@ -7,8 +7,9 @@ use super::records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, Stab
 use super::scenes;
 use super::settings::{Shape, StabilityExperiment, StabilityFamily};
 use crate::error::EvaluationError;
+use crate::experiment::kind::RunContext;
 use crate::kernel::Random;
-use crate::run::{Progress, Recorded};
+use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use moment_problem::arithmetic::{DoubleDouble, Real};
 use rayon::prelude::*;
@@ -19,7 +20,7 @@ use std::time::Instant;
 
 impl StabilityExperiment {
     /// Evaluates all cells of all families in parallel, then times the methods alone.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;
         let (fragments, views) = scenes::inputs(self)?;
         let (done, cells) = (AtomicUsize::new(0), self.cells * self.cells);
@@ -30,7 +31,7 @@ impl StabilityExperiment {
                 .into_par_iter()
                 .map(|cell| {
                     let outcome = self.cell(&plan, index, cell, &by_cell);
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, cells * self.family.len());
+                    (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, cells * self.family.len());
                     outcome
                 })
                 .collect();

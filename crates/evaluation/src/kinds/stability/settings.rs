@@ -2,8 +2,10 @@
 
 use super::method::Prepared;
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
 use crate::kinds::quantization::{Alphas, RangeName};
+use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::techniques::MomentBound;
 use shadow_filtering::{DepthBias, KernelSpec};
@@ -170,9 +172,14 @@ pub struct StabilityMethod {
 /// Most cells along a knob.
 const MAX_CELLS: usize = 64;
 
-impl StabilityExperiment {
-    /// Rejects values that make no sense, before anything is computed.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Settings for StabilityExperiment {
+    const KIND: &'static str = "stability";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=MAX_CELLS).contains(&self.cells) {
             return fail("cells", format!("cells = {} is not between 1 and {MAX_CELLS}", self.cells));
@@ -220,6 +227,19 @@ impl StabilityExperiment {
             Prepared::new(method, i)?;
         }
         Ok(())
+    }
+
+    fn scenes(&self) -> Option<&[String]> {
+        Some(&self.scenes)
+    }
+
+    fn replace_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
     }
 }
 

@@ -1,16 +1,16 @@
 //! Reading `experiments/*.toml`: a question, an expectation, the trials as data, and overrides per scale.
 
+pub(crate) mod kind;
+mod lines;
+
+use self::kind::AnySettings;
 use crate::error::EvaluationError;
-use crate::kinds::bounds::BoundsExperiment;
-use crate::kinds::filterable::FilterableExperiment;
-use crate::kinds::quantization::QuantizationExperiment;
-use crate::kinds::search::SearchExperiment;
-use crate::kinds::speed_accuracy::SpeedAccuracyExperiment;
-use crate::kinds::stability::StabilityExperiment;
-use crate::lines;
+use crate::kinds::KINDS;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
 use toml::{Table, Value};
 
 /// How much of an experiment is run. The file's own values hold where `[scale.NAME]` says nothing.
@@ -60,71 +60,21 @@ pub struct Experiment {
     /// Name: the file's stem, and the directory under `results/`.
     pub name: String,
     /// The file's text, for its hash.
-    pub source: String,
+    pub(crate) source: String,
     /// Resolved at one scale; can be read again.
-    pub resolved: Table,
+    pub(crate) resolved: Table,
     /// What is to be done.
-    pub kind: Kind,
+    pub(crate) settings: Arc<dyn AnySettings>,
 }
 
-/// One variant per `kind` of experiment.
-#[derive(Clone, Debug)]
-pub enum Kind {
-    /// Bounds over all fragment depths for given kernels and bases.
-    Bounds(BoundsExperiment),
-    /// Filterable shadow maps against percentage-closer filtering on scenes.
-    Filterable(FilterableExperiment),
-    /// Transforms, number formats and biases of stored moments.
-    Quantization(QuantizationExperiment),
-    /// All bases of a family, ranked by their error on scenes.
-    Search(SearchExperiment),
-    /// Errors and failures of closed forms on inputs that are hard in a known way.
-    Stability(StabilityExperiment),
-    /// Error against cost of techniques, formats and map sizes.
-    SpeedAccuracy(Box<SpeedAccuracyExperiment>),
-}
-
-impl Kind {
-    fn from_table(mut table: Table) -> Result<Self, String> {
-        let Some(kind) = table.remove("kind") else { return Err("key `kind` is missing".to_owned()) };
-        match kind.as_str() {
-            Some("bounds") => {
-                let experiment: BoundsExperiment = table.try_into().map_err(|error| one_line(&error))?;
-                experiment.check().map_err(|error| error.to_string())?;
-                Ok(Self::Bounds(experiment))
-            }
-            Some("filterable") => {
-                let experiment: FilterableExperiment = table.try_into().map_err(|error| one_line(&error))?;
-                experiment.check().map_err(|error| error.to_string())?;
-                Ok(Self::Filterable(experiment))
-            }
-            Some("quantization") => {
-                let experiment: QuantizationExperiment =
-                    table.try_into().map_err(|error| one_line(&error))?;
-                experiment.check().map_err(|error| error.to_string())?;
-                Ok(Self::Quantization(experiment))
-            }
-            Some("search") => {
-                let experiment: SearchExperiment = table.try_into().map_err(|error| one_line(&error))?;
-                experiment.check().map_err(|error| error.to_string())?;
-                Ok(Self::Search(experiment))
-            }
-            Some("stability") => {
-                let experiment: StabilityExperiment = table.try_into().map_err(|error| one_line(&error))?;
-                experiment.check().map_err(|error| error.to_string())?;
-                Ok(Self::Stability(experiment))
-            }
-            Some("speed-accuracy") => {
-                let experiment: SpeedAccuracyExperiment =
-                    table.try_into().map_err(|error| one_line(&error))?;
-                experiment.check().map_err(|error| error.to_string())?;
-                Ok(Self::SpeedAccuracy(Box::new(experiment)))
-            }
-            _ => {
-                let known = "\"bounds\", \"filterable\", \"quantization\", \"search\", \"stability\", \
-                             \"speed-accuracy\"";
-                Err(format!("kind = {kind} is unknown (known: {known})"))
-            }
+/// The settings of a table, by its key `kind`.
+fn parse_kind(mut table: Table) -> Result<Arc<dyn AnySettings>, String> {
+    let name = table.remove("kind").ok_or("key `kind` is missing")?;
+    match KINDS.iter().find(|kind| name.as_str() == Some(kind.name)) {
+        Some(kind) => (kind.parse)(table),
+        None => {
+            let known: Vec<String> = KINDS.iter().map(|kind| format!("\"{}\"", kind.name)).collect();
+            Err(format!("kind = {name} is unknown (known: {})", known.join(", ")))
         }
     }
 }
@@ -165,20 +115,22 @@ impl Experiment {
                 let seed = i64::try_from(seed).map_err(|_| fail(format!("seed {seed} exceeds 2^63 - 1")))?;
                 merged.insert("seed".to_owned(), Value::Integer(seed));
             }
-            let kind = Kind::from_table(merged.clone()).map_err(|reason| {
+            let settings = parse_kind(merged.clone()).map_err(|reason| {
                 fail(format!("{}{reason} (scale {candidate})", line_prefix(&source, candidate)))
             })?;
             if candidate == scale {
-                resolved = Some((merged, kind));
+                resolved = Some((merged, settings));
             }
         }
         let known = |name: &String| Scale::ALL.iter().any(|scale| scale.to_string() == *name);
         if let Some(unknown) = overrides.keys().find(|name| !known(name)) {
             return Err(fail(format!("unknown scale `{unknown}` (known: smoke, brief, quick, paper)")));
         }
-        let Some((resolved, kind)) = resolved else { return Err(fail(format!("scale {scale} is missing"))) };
+        let Some((resolved, settings)) = resolved else {
+            return Err(fail(format!("scale {scale} is missing")));
+        };
         let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        Ok(Self { name, source, resolved, kind })
+        Ok(Self { name, source, resolved, settings })
     }
 }
 
@@ -191,65 +143,42 @@ impl Experiment {
         if scenes.is_empty() {
             return Ok(self);
         }
-        let fail = |error: toml::ser::Error| EvaluationError::Table {
+        if !self.has_scenes() {
+            let reason = format!("experiment `{}` has no scenes that --scene could replace", self.name);
+            return Err(EvaluationError::Value(reason));
+        }
+        self.settings = self.settings.with_scenes(scenes);
+        self.resolved = self.settings.table().map_err(|error| EvaluationError::Table {
             table: "experiment.toml".to_owned(),
             reason: error.to_string(),
-        };
-        let (kind, resolved) = match &mut self.kind {
-            Kind::Filterable(experiment) => {
-                experiment.with_scenes(scenes);
-                ("filterable", Table::try_from(&*experiment).map_err(fail)?)
-            }
-            Kind::Quantization(experiment) => {
-                experiment.scenes = scenes.to_vec();
-                experiment.views.clear();
-                ("quantization", Table::try_from(&*experiment).map_err(fail)?)
-            }
-            Kind::Search(experiment) => {
-                experiment.scenes = scenes.to_vec();
-                experiment.views.clear();
-                ("search", Table::try_from(&*experiment).map_err(fail)?)
-            }
-            Kind::Stability(experiment) => {
-                experiment.scenes = scenes.to_vec();
-                experiment.views.clear();
-                ("stability", Table::try_from(&*experiment).map_err(fail)?)
-            }
-            Kind::SpeedAccuracy(experiment) => {
-                experiment.with_scenes(scenes);
-                ("speed-accuracy", Table::try_from(&*experiment).map_err(fail)?)
-            }
-            Kind::Bounds(_) => {
-                let reason = format!("experiment `{}` has no scenes that --scene could replace", self.name);
-                return Err(EvaluationError::Value(reason));
-            }
-        };
-        let mut resolved = resolved;
-        resolved.insert("kind".to_owned(), Value::String(kind.to_owned()));
-        self.resolved = resolved;
+        })?;
+        self.resolved.insert("kind".to_owned(), Value::String(self.kind_name().to_owned()));
         Ok(self)
+    }
+
+    /// Value of the key `kind`.
+    pub fn kind_name(&self) -> &'static str {
+        self.settings.kind().name
+    }
+
+    /// The settings, if the experiment is of the kind that they belong to.
+    pub fn settings<T: Any>(&self) -> Option<&T> {
+        (&*self.settings as &dyn Any).downcast_ref()
     }
 
     /// Whether it evaluates scenes.
     pub fn has_scenes(&self) -> bool {
-        !matches!(self.kind, Kind::Bounds(_))
+        self.settings.scenes().is_some()
     }
 
     /// Whether a run that was interrupted can go on where it stopped.
     pub fn can_resume(&self) -> bool {
-        matches!(self.kind, Kind::Search(_))
+        self.settings.kind().is_resumable
     }
 
     /// Scenes that the experiment reads, for their hashes.
     pub(crate) fn scenes(&self) -> &[String] {
-        match &self.kind {
-            Kind::Bounds(_) => &[],
-            Kind::Filterable(experiment) => &experiment.scenes,
-            Kind::Quantization(experiment) => &experiment.scenes,
-            Kind::Search(experiment) => &experiment.scenes,
-            Kind::Stability(experiment) => &experiment.scenes,
-            Kind::SpeedAccuracy(experiment) => &experiment.scenes,
-        }
+        self.settings.scenes().unwrap_or_default()
     }
 }
 

@@ -2,13 +2,10 @@
 //!
 //! The file is read a second time, in a form that keeps positions; this happens only when something is wrong.
 
+use super::kind::Settings;
+use super::{Experiment, Scale};
 use crate::error::EvaluationError;
-use crate::experiment::{Experiment, Scale};
-use crate::kinds::filterable::FilterableExperiment;
-use crate::kinds::quantization::QuantizationExperiment;
-use crate::kinds::speed_accuracy::SpeedAccuracyExperiment;
-use crate::kinds::stability::StabilityExperiment;
-use serde::Deserialize;
+use crate::kinds::KINDS;
 use serde::de::IntoDeserializer;
 use std::ops::Range;
 use toml::Spanned;
@@ -17,28 +14,18 @@ use toml::de::{DeTable, DeValue};
 /// The 1-based line of the mistake that reading the file at a scale reports.
 pub(crate) fn of_mistake(source: &str, scale: Scale) -> Option<usize> {
     let (kind, table) = merged(source, scale)?;
-    match kind.as_str() {
-        "filterable" => mistake::<FilterableExperiment>(source, &table, FilterableExperiment::check),
-        "quantization" => mistake::<QuantizationExperiment>(source, &table, QuantizationExperiment::check),
-        "speed-accuracy" => {
-            mistake::<SpeedAccuracyExperiment>(source, &table, SpeedAccuracyExperiment::check)
-        }
-        "stability" => mistake::<StabilityExperiment>(source, &table, StabilityExperiment::check),
-        _ => None,
-    }
+    let kind = KINDS.iter().find(|known| known.name == kind)?;
+    (kind.line_of_mistake)(source, &table)
 }
 
-fn mistake<'a, T: Deserialize<'a>>(
-    source: &str,
-    table: &DeTable<'a>,
-    check: impl Fn(&T) -> Result<(), EvaluationError>,
-) -> Option<usize> {
+/// The same for one kind of settings, from all keys but `kind`.
+pub(super) fn mistake<T: Settings>(source: &str, table: &DeTable<'_>) -> Option<usize> {
     let whole = 0..source.len();
     match T::deserialize(Spanned::new(whole, table.clone()).into_deserializer()) {
         Err(error) => error.span().map(|span| line(source, &span)),
-        Ok(experiment) => match check(&experiment) {
+        Ok(settings) => match settings.check() {
             Err(EvaluationError::Key { key, .. }) => find(table, &key).map(|span| line(source, &span)),
-            _ => None,
+            Err(_) | Ok(()) => None,
         },
     }
 }
