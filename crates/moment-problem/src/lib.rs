@@ -50,6 +50,8 @@ pub use basis::{Basis, BasisFunction, DEFAULT_FAMILY, FunctionKind, MAX_FUNCTION
 pub use certified::{Bounds, CERTIFIED_GAP, Certificate, FEASIBILITY_TOLERANCE, Interval, LowerBound};
 pub use certified::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
 pub use certified::{ExchangeSimplex, LinearProgram, LpSolver, PreparedBasis};
-pub use closed_forms::{MomentBound, batch, hamburger, hausdorff, markov, roots, textbook, trigonometric};
+pub use closed_forms::{
+    MomentBound, batch, hamburger, hausdorff, markov, roots, textbook, trigonometric, wgsl,
+};
 pub use distribution::{DepthDistribution, WEIGHT_SUM_TOLERANCE};
 pub use error::{BasisError, DistributionError, MomentError};
