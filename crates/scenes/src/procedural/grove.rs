@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::Parts;
 use super::mesh::{Point, SceneMesh, add, frame, normalized, scale};
-use super::random::Random;
 use crate::vector::cross;
 use crate::{AlphaMask, Camera};
+use random_stream::Random;
 
 /// Trees stand in a jittered grid of this many rows and columns.
 const GRID: usize = 4;

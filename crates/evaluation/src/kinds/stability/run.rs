@@ -8,10 +8,10 @@ use super::scenes;
 use super::settings::{Shape, StabilityExperiment, StabilityFamily};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
-use crate::kernel::Random;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use moment_problem::arithmetic::{DoubleDouble, Real};
+use random_stream::Random;
 use rayon::prelude::*;
 use shadow_filtering::techniques::MomentBound;
 use std::fmt::Write as _;
@@ -95,7 +95,7 @@ impl StabilityExperiment {
             }
             return outcome;
         }
-        let mut draw = Draw(Random::new(self.seed, family as u64, cell as u64));
+        let mut draw = Draw(Random::substream(self.seed, family as u64, cell as u64));
         let next = |draw: &mut Draw| {
             let place = |index: usize, fraction: f64| (index as f64 + fraction) / self.cells as f64;
             let x = settings.x.at(place(cell % self.cells, draw.0.unit()));
@@ -116,7 +116,7 @@ impl StabilityExperiment {
         let Some(family) = self.family.iter().find(|family| family.shape != Shape::Scenes) else {
             return Ok(Vec::new());
         };
-        let mut draw = Draw(Random::new(self.seed, u64::MAX, 0));
+        let mut draw = Draw(Random::substream(self.seed, u64::MAX, 0));
         let inputs: Vec<(Input, Moments<DoubleDouble>)> = (0..self.timing.inputs)
             .map(|_| {
                 let (x, y) = (family.x.at(draw.0.unit()), family.y.at(draw.0.unit()));
