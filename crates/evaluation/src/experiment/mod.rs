@@ -156,6 +156,20 @@ impl Experiment {
         Ok(self)
     }
 
+    /// What it asks, in inline Markdown of the file's author.
+    pub fn question(&self) -> &str {
+        self.prose("question")
+    }
+
+    /// What its author expects, in inline Markdown.
+    pub fn expectation(&self) -> &str {
+        self.prose("expectation")
+    }
+
+    fn prose(&self, key: &str) -> &str {
+        self.resolved.get(key).and_then(Value::as_str).unwrap_or_default().trim()
+    }
+
     /// Value of the key `kind`.
     pub fn kind_name(&self) -> &'static str {
         self.settings.kind().name
