@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use evaluation::RunDirectory;
+use report::Page;
 use std::path::{Path, PathBuf};
 
 fn folders(path: &Path) -> Vec<PathBuf> {
@@ -17,7 +18,7 @@ fn every_committed_figure_and_page_follows_from_its_records() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let mut compared = 0;
     for run in folders(&results).iter().flat_map(|experiment| folders(experiment)) {
-        let files = report::files(&RunDirectory::open(&run).unwrap()).unwrap();
+        let files = Page::new(&RunDirectory::open(&run).unwrap()).unwrap().files();
         for file in &files {
             let recorded = std::fs::read(run.join(&file.name)).unwrap();
             assert!(recorded == file.bytes, "{} differs from its records", run.join(&file.name).display());
@@ -38,12 +39,12 @@ fn every_committed_figure_and_page_follows_from_its_records() {
 fn the_table_of_the_papers_follows_from_the_committed_runs() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let results = folders(&root.join("results"));
-    let runs: Vec<RunDirectory> = results
+    let pages: Vec<Page> = results
         .iter()
         .flat_map(|experiment| folders(experiment))
-        .map(|run| RunDirectory::open(&run).unwrap())
+        .map(|run| Page::new(&RunDirectory::open(&run).unwrap()).unwrap())
         .collect();
-    let table = report::comparison(&runs).unwrap();
+    let table = report::comparison(&pages);
     assert!(table.lines().count() > 20, "{table}");
     for page in ["README.md", "results/README.md"] {
         let text = std::fs::read_to_string(root.join(page)).unwrap();

@@ -1,8 +1,9 @@
 //! Average blocker depth from four moments.
 
 use applications::field::{MAX_CHANNELS, Means};
-use applications::soft_shadow::{MomentBound, Reconstruction, Warp};
+use applications::soft_shadow::{Reconstruction, Warp};
 use libtest_mimic::Failed;
+use moment_problem::MomentBound;
 
 use crate::table::{Row, Table, close};
 
@@ -15,7 +16,7 @@ const UNDECIDED: f64 = 1e-9;
 /// 1e-13 + 8 times what one rounding of each moment does to the row.
 pub fn blockers(table: &Table) -> Result<(), Failed> {
     // The moments are biased already.
-    let technique = Reconstruction { warp: Warp::None, bound: MomentBound::Hamburger4, moment_bias: 0.0 };
+    let technique = Reconstruction::new(MomentBound::Hamburger4, Warp::None, 0.0)?;
     Ok(table.each(|row| {
         let b = row.numbers(["b1", "b2", "b3", "b4"])?;
         let mut means: Means<f64> = [0.0; MAX_CHANNELS];

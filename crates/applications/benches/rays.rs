@@ -2,7 +2,7 @@
 
 use applications::rays::{Segment, Triangles};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use quantization::Random;
+use random_stream::Random;
 use std::hint::black_box;
 
 const SIDE: usize = 317;
@@ -27,7 +27,7 @@ fn height_field() -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
 
 /// From points on the hills to points of a light: low and wide, so that about half of the rays are occluded.
 fn rays(positions: &[[f32; 3]], triangles: &[[u32; 3]], count: usize) -> Vec<Segment> {
-    let mut random = Random::new(1, 0);
+    let mut random = Random::stream(1, 0);
     let mut rays = Vec::with_capacity(count);
     // 256 rays a receiver, as a soft shadow sends them.
     while rays.len() < count {

@@ -1,12 +1,13 @@
 //! Filtered fields: means of stored functions of depth over regions of one's choice.
 
+use moment_problem::MomentBound;
 use moment_problem::arithmetic::Real;
 use quantization::{NumberFormat, QuantizationError, Rectangle, SummedAreaTable};
 
 use crate::region::{Pieces, Region};
 
 /// Most channels of a field.
-pub const MAX_CHANNELS: usize = 6;
+pub const MAX_CHANNELS: usize = MomentBound::MAX_ORDER;
 
 /// Means of the channels, as many as the field has; the others are 0.
 pub type Means<R> = [R; MAX_CHANNELS];
@@ -108,7 +109,7 @@ impl<R: Real> MomentField<R> for SummedMoments {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quantization::Random;
+    use random_stream::Random;
 
     fn powers(depth: f64, out: &mut [f64]) {
         let mut power = 1.0;
@@ -133,7 +134,7 @@ mod tests {
     #[test]
     fn real_rectangles_are_integrated() {
         let size = [40, 30];
-        let mut random = Random::new(8, 0);
+        let mut random = Random::stream(8, 0);
         let depths: Vec<f32> = (0..1200).map(|_| random.unit() as f32).collect();
         let field = SummedMoments::new(size, &depths, 4, 600, powers).unwrap();
         for i in 0..500 {

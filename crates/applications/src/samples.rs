@@ -1,6 +1,6 @@
 //! Points of the unit square that cover it evenly: Halton's sequence and randomised nets.
 
-use quantization::Random;
+use random_stream::Random;
 
 /// The index at which Halton's sequence is begun: index 0 is the corner (0, 0), the same in every base.
 pub const HALTON_START: u64 = 1;
@@ -50,7 +50,7 @@ pub struct ScrambledNet {
 impl ScrambledNet {
     /// So many points.
     pub fn new(count: usize, seed: u64, stream: u64) -> Self {
-        let mut random = Random::new(seed, stream);
+        let mut random = Random::stream(seed, stream);
         let keys = [random.next_bits(), random.next_bits()];
         let scrambled = |index| {
             let point = sobol(index);
@@ -100,7 +100,7 @@ fn owen(value: u32, key: u64) -> u32 {
     for bit in 0..BITS {
         // A leading one tells prefixes of different lengths apart.
         let prefix = (u64::from(value) | 1 << BITS) >> (BITS - bit);
-        flips |= ((Random::new(key, prefix).next_bits() >> 63) as u32) << (BITS - 1 - bit);
+        flips |= ((Random::stream(key, prefix).next_bits() >> 63) as u32) << (BITS - 1 - bit);
     }
     value ^ flips
 }

@@ -1,16 +1,12 @@
 //! WGSL twins put together: constants of a technique, then the files that its mathematics needs.
 
 use crate::kernel::Kernel;
-use crate::techniques::MomentBound;
 use crate::unroll::unroll;
+use moment_problem::wgsl::{CHEBYSHEV, ELEMENTARY};
+use moment_problem::{Interval, MomentBound};
 use std::fmt::Write as _;
 
-const ELEMENTARY: &str = include_str!("techniques/elementary.wgsl");
-const CHEBYSHEV: &str = include_str!("techniques/chebyshev.wgsl");
-const ROOTS: &str = include_str!("techniques/roots.wgsl");
 const MOMENTS: &str = include_str!("techniques/moments.wgsl");
-const POWERS: &str = include_str!("techniques/powers.wgsl");
-const HAMBURGER_4: &str = include_str!("techniques/hamburger4.wgsl");
 
 /// A number as WGSL reads it back exactly.
 fn number(value: f64) -> String {
@@ -77,22 +73,10 @@ pub(crate) fn moments(bound: MomentBound, alpha: f64, beta: f64) -> Option<Strin
     for (name, value) in [("ALPHA", alpha), ("KEEP", 1.0 - alpha), ("BETA", beta)] {
         constants += &constant(name, value);
     }
-    constants += &array("CENTRE", &bound.centre()[..order]);
-    let _ = writeln!(constants, "const SIGNED: bool = {};", bound != MomentBound::Hausdorff4);
-    let own: &[&str] = match bound {
-        MomentBound::Hamburger2 => &[CHEBYSHEV, POWERS, include_str!("techniques/hamburger2_bounds.wgsl")],
-        MomentBound::Hamburger4 => {
-            &[CHEBYSHEV, POWERS, HAMBURGER_4, include_str!("techniques/hamburger4_bounds.wgsl")]
-        }
-        MomentBound::Hamburger6 => &[CHEBYSHEV, POWERS, include_str!("techniques/canonical.wgsl")],
-        MomentBound::Hausdorff4 => {
-            &[CHEBYSHEV, POWERS, HAMBURGER_4, include_str!("techniques/hausdorff4.wgsl")]
-        }
-        MomentBound::Trigonometric4 => &[CHEBYSHEV, include_str!("techniques/trigonometric4.wgsl")],
-        MomentBound::Hamburger8 => return None,
-    };
-    let mut parts = vec![constants.as_str(), ELEMENTARY, ROOTS];
-    parts.extend(own);
+    constants += &array("CENTRE", bound.centre());
+    let _ = writeln!(constants, "const SIGNED: bool = {};", bound.interval() == Interval::Real);
+    let mut parts = vec![constants.as_str()];
+    parts.extend(bound.wgsl()?);
     parts.push(MOMENTS);
     joined(&parts)
 }

@@ -301,11 +301,11 @@ fn local(position: [f64; 3], centre: [f64; 3], scale: f64) -> Vec3A {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use quantization::Random;
+    use random_stream::Random;
 
     /// Vertices and triangles of hills over `n` x `n` squares.
     fn height_field(n: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
-        let mut random = Random::new(11, n as u64);
+        let mut random = Random::stream(11, n as u64);
         let height = |x: f64, z: f64, r: &mut Random| 3.0 * (x * 0.7).sin() * (z * 0.4).cos() + 0.1 * r.unit();
         let at = |i: usize| 20.0 * i as f64 / n as f64 - 3.0;
         let positions = (0..(n + 1) * (n + 1))
@@ -362,7 +362,7 @@ mod tests {
         let n = 317;
         let (positions, triangles) = height_field(n);
         assert_eq!(triangles.len(), 200_978);
-        let mut random = Random::new(5, 0);
+        let mut random = Random::stream(5, 0);
         let rays: Vec<Segment> = (0..60_000).map(|_| aimed(n, &positions, &mut random)).collect();
         let scene = Triangles::new(&positions, &triangles).unwrap();
         assert_eq!(misses(&scene, &rays, Sheared::meets), 0);
@@ -378,7 +378,7 @@ mod tests {
         let n = 24;
         let (positions, triangles) = height_field(n);
         let scene = Triangles::new(&positions, &triangles).unwrap();
-        let mut random = Random::new(6, 0);
+        let mut random = Random::stream(6, 0);
         let mut hits = 0;
         for i in 0..20_000 {
             let mut ray = aimed(n, &positions, &mut random);
@@ -413,7 +413,7 @@ mod tests {
         let positions = [[0.1, 0.3, 0.7], [1.1, 0.7, 0.9], [0.2, 1.3, 1.7], [1.2, 1.7, 1.9]];
         let scene = Triangles::new(&positions, &[[0, 1, 2], [2, 1, 3]]).unwrap();
         let corner = |k: usize| positions[k].map(f64::from);
-        let mut random = Random::new(2, 0);
+        let mut random = Random::stream(2, 0);
         let mut shadowed = 0;
         for i in 0..2000 {
             // On the diagonal, or near it.

@@ -9,7 +9,7 @@ mod truth;
 pub use filterable::{filterable_soft_shadow, filtered_hard_shadow};
 pub use penumbra::Penumbra;
 pub use percentage_closer::{DepthField, percentage_closer_soft_shadow};
-pub use reconstruction::{Blockers, MomentBound, Reconstruction, Warp};
+pub use reconstruction::{Blockers, Reconstruction, ReconstructionError, Warp};
 pub use truth::{AreaTruth, OccludedFraction, TruthError, TruthSettings};
 
 use moment_problem::arithmetic::Real;

@@ -1,57 +1,10 @@
 //! What filtered moments say about blockers: how much lies in front of the receiver, and where on average.
 
+use moment_problem::MomentBound;
 use moment_problem::arithmetic::Real;
-use moment_problem::in_front::{self, InFront};
-use moment_problem::{hamburger, hausdorff};
+use thiserror::Error;
 
 use crate::field::{MAX_CHANNELS, Means};
-
-/// The sharp bound by which moments are read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MomentBound {
-    /// Two moments on the line: variance soft shadow mapping (Yang et al. 2010). With G = 1 - P and the unblocked
-    /// depth at z_f its blocker depth (E\[z\] - P z_f) / G is the other point of the two-point distribution.
-    Chebyshev,
-    /// Four moments on the line (BHS16 section 3.3).
-    Hamburger4,
-    /// Six moments on the line.
-    Hamburger6,
-    /// Four moments on \[0, 1\].
-    Hausdorff4,
-}
-
-impl MomentBound {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Chebyshev, Self::Hamburger4, Self::Hamburger6, Self::Hausdorff4];
-
-    /// Number of power moments.
-    pub fn order(self) -> usize {
-        match self {
-            Self::Chebyshev => 2,
-            Self::Hamburger4 | Self::Hausdorff4 => 4,
-            Self::Hamburger6 => 6,
-        }
-    }
-
-    /// G: least mass in front of `z`.
-    fn lower<R: Real>(self, b: &Means<R>, z: R) -> R {
-        match self {
-            Self::Chebyshev => hamburger::chebyshev(&[b[0], b[1]], z).lower,
-            Self::Hamburger4 => hamburger::hamburger4(&[b[0], b[1], b[2], b[3]], z).lower,
-            Self::Hamburger6 => hamburger::hamburger(b, z).lower,
-            Self::Hausdorff4 => hausdorff::hausdorff4(&[b[0], b[1], b[2], b[3]], z).lower,
-        }
-    }
-
-    fn in_front<R: Real>(self, b: &Means<R>, z: R) -> InFront<R> {
-        match self {
-            Self::Chebyshev => in_front::chebyshev(&[b[0], b[1]], z),
-            Self::Hamburger4 => in_front::hamburger(&[b[0], b[1], b[2], b[3]], z),
-            Self::Hamburger6 => in_front::hamburger(b, z),
-            Self::Hausdorff4 => in_front::hausdorff4(&[b[0], b[1], b[2], b[3]], z),
-        }
-    }
-}
 
 /// A monotone map of \[0, 1\] onto itself, taken of depths before their powers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,15 +33,33 @@ impl<R: Real> Warp<R> {
     }
 }
 
-/// Power moments of warped depth, read by a bound.
+/// Power moments of warped depth, read by a bound: two for variance soft shadows, four for those of BHS16.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reconstruction<R> {
-    /// Before the powers.
-    pub warp: Warp<R>,
-    /// How moments are read.
-    pub bound: MomentBound,
-    /// alpha: moments become (1 - alpha) b + alpha b*, where b* has half of its mass at each end of \[0, 1\].
-    pub moment_bias: R,
+    warp: Warp<R>,
+    bound: MomentBound,
+    moment_bias: R,
+}
+
+/// A reconstruction that makes no sense.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ReconstructionError {
+    /// No points to average.
+    #[error("{name} gives no distribution of depths in which blockers could be searched")]
+    NoPoints {
+        /// The bound.
+        name: &'static str,
+    },
+    /// A number out of its range.
+    #[error("{key} = {value}: must lie in {range}")]
+    Parameter {
+        /// Which.
+        key: &'static str,
+        /// The number.
+        value: f64,
+        /// Where it must lie.
+        range: &'static str,
+    },
 }
 
 /// What a blocker search finds.
@@ -119,7 +90,51 @@ impl<R: Real> Blockers<R> {
     }
 }
 
+/// Largest exponent of a warp: e^40 - 1 is 1 to 17 digits of e^40, and near depths keep four of them.
+const MAX_EXPONENT: f64 = 40.0;
+
 impl<R: Real> Reconstruction<R> {
+    /// `moment_bias` is alpha: moments become (1 - alpha) b + alpha b*, where b* has half of its mass at each end of
+    /// \[0, 1\].
+    ///
+    /// # Errors
+    /// [`ReconstructionError`] for a bound without points, an exponent outside (0, 40\] and a bias outside \[0, 1).
+    pub fn new(bound: MomentBound, warp: Warp<R>, moment_bias: R) -> Result<Self, ReconstructionError> {
+        if bound.in_front(&[R::zero(); MAX_CHANNELS], R::zero()).is_none() {
+            return Err(ReconstructionError::NoPoints { name: bound.name() });
+        }
+        let alpha = moment_bias.to_f64();
+        if !(0.0..1.0).contains(&alpha) {
+            return Err(ReconstructionError::Parameter { key: "moment_bias", value: alpha, range: "[0, 1)" });
+        }
+        if let Warp::Exponential(c) = warp
+            && !(c.to_f64() > 0.0 && c.to_f64() <= MAX_EXPONENT)
+        {
+            return Err(ReconstructionError::Parameter { key: "exponent", value: c.to_f64(), range: "(0, 40]" });
+        }
+        Ok(Self { warp, bound, moment_bias })
+    }
+
+    /// How moments are read.
+    pub fn bound(&self) -> MomentBound {
+        self.bound
+    }
+
+    /// What is taken of depths before their powers.
+    pub fn warp(&self) -> Warp<R> {
+        self.warp
+    }
+
+    /// The same in another precision.
+    pub fn cast<S: Real>(&self) -> Reconstruction<S> {
+        let cast = |value: R| S::from_f64(value.to_f64());
+        let warp = match self.warp {
+            Warp::None => Warp::None,
+            Warp::Exponential(c) => Warp::Exponential(cast(c)),
+        };
+        Reconstruction { warp, bound: self.bound, moment_bias: cast(self.moment_bias) }
+    }
+
     /// Number of stored channels.
     pub fn channels(&self) -> usize {
         self.bound.order()
@@ -137,13 +152,14 @@ impl<R: Real> Reconstruction<R> {
 
     /// The share in front of depth `z`, at least; `means` are those of the stored values.
     pub fn intensity(&self, means: &Means<R>, z: R) -> R {
-        self.bound.lower(&self.biased(means), self.warp.apply(z))
+        self.bound.bounds(&self.biased(means), self.warp.apply(z)).lower
     }
 
     /// What lies in front of depth `z` if the distribution is the extremal one.
     pub fn blockers(&self, means: &Means<R>, z: R) -> Blockers<R> {
         let found = self.bound.in_front(&self.biased(means), self.warp.apply(z));
-        found.points().iter().fold(Blockers::none(), |sum, &(depth, weight)| {
+        let points = found.iter().flat_map(|found| found.points());
+        points.fold(Blockers::none(), |sum, &(depth, weight)| {
             sum.with(self.warp.invert(depth), weight)
         })
     }
@@ -162,6 +178,14 @@ impl<R: Real> Reconstruction<R> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// Those in use.
+    const BOUNDS: [MomentBound; 4] =
+        [MomentBound::Hamburger2, MomentBound::Hamburger4, MomentBound::Hamburger6, MomentBound::Hausdorff4];
+
+    fn plain(bound: MomentBound, warp: Warp<f64>) -> Reconstruction<f64> {
+        Reconstruction::new(bound, warp, 0.0).unwrap()
+    }
 
     fn means(reconstruction: &Reconstruction<f64>, atoms: &[(f64, f64)]) -> Means<f64> {
         let total: f64 = atoms.iter().map(|a| a.1).sum();
@@ -182,9 +206,9 @@ mod tests {
         ) {
             let receiver = blocker + gap;
             let atoms = [(blocker, share), (receiver, 1.0 - share)];
-            for bound in MomentBound::ALL {
+            for bound in BOUNDS {
                 for warp in [Warp::None, Warp::Exponential(exponent)] {
-                    let technique = Reconstruction { warp, bound, moment_bias: 0.0 };
+                    let technique = plain(bound, warp);
                     let b = means(&technique, &atoms);
                     let found = technique.blockers(&b, receiver);
                     prop_assert!((found.mass - share).abs() < 1e-5, "{technique:?} {found:?}");
@@ -200,7 +224,7 @@ mod tests {
         fn two_moments_are_variance_soft_shadows(
             atoms in prop::collection::vec((0.0..1.0f64, 0.1..1.0f64), 2..6), z in 0.0..1.0f64,
         ) {
-            let technique = Reconstruction { warp: Warp::None, bound: MomentBound::Chebyshev, moment_bias: 0.0 };
+            let technique = plain(MomentBound::Hamburger2, Warp::None);
             let b = means(&technique, &atoms);
             prop_assume!(z - b[0] > 0.01);
             let variance = b[1] - b[0] * b[0];
@@ -208,6 +232,16 @@ mod tests {
             let occluder = (b[0] - lit * z) / (1.0 - lit);
             prop_assert!((technique.blockers(&b, z).average(z, 0.0) - occluder).abs() < 1e-9);
         }
+    }
+
+    #[test]
+    fn impossible_reconstructions_are_named() {
+        let error = |bound, warp, alpha| Reconstruction::new(bound, warp, alpha).unwrap_err().to_string();
+        let four = MomentBound::Hamburger4;
+        assert!(error(MomentBound::Trigonometric4, Warp::None, 0.0).starts_with("Trigonometric 4 gives no"));
+        assert!(error(four, Warp::None, -0.1).contains("moment_bias = -0.1"));
+        assert!(error(four, Warp::Exponential(0.0), 0.0).contains("exponent = 0"));
+        assert!(error(four, Warp::Exponential(f64::NAN), 0.0).contains("exponent = NaN"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The truth: the fraction of the light that a receiver does not see, by shadow rays.
 
-use quantization::Random;
+use random_stream::Random;
 use thiserror::Error;
 
 use crate::area_light::PlacedLight;
@@ -93,7 +93,7 @@ impl AreaTruth {
         from: Option<u32>,
         stream: u64,
     ) -> OccludedFraction {
-        let mut random = Random::new(self.settings.seed, stream);
+        let mut random = Random::stream(self.settings.seed, stream);
         let shifts: [u64; REPLICATES] = std::array::from_fn(|_| random.next_bits());
         let most = self.nets[0].len();
         let mut hits = [0usize; REPLICATES];

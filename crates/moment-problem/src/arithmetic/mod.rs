@@ -6,11 +6,13 @@
 
 mod ball;
 mod double_double;
+mod double_word;
 mod float_float;
 mod jet;
 
 pub use ball::Ball;
 pub use double_double::DoubleDouble;
+pub use double_word::DoubleWord;
 pub use float_float::FloatFloat;
 pub use jet::Jet;
 
@@ -107,6 +109,7 @@ pub trait Real: Field + PartialOrd {
         self.max(Self::zero()).min(Self::one())
     }
     /// Whether the number is finite.
+    #[inline(always)]
     fn is_finite(self) -> bool {
         self.to_f64().is_finite()
     }
@@ -153,6 +156,10 @@ macro_rules! machine_number {
             #[inline(always)]
             fn abs(self) -> Self {
                 <$type>::abs(self)
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                <$type>::is_finite(self)
             }
         }
     };

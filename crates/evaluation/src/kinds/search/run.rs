@@ -1,0 +1,345 @@
+//! From a search to its tables.
+
+use super::agreement::compare;
+use super::candidates::class;
+use super::checkpoint::{self, Checkpoint, Finding, Key, Shard};
+use super::records::{MarkRecord, SearchRecord, SearchViewRecord, StageRecord, rounded};
+use super::settings::SearchExperiment;
+use super::statistics::{Mean, joined, stratified};
+use super::sweep::Sweep;
+use super::timing::time;
+use super::workload::Workload;
+use crate::error::EvaluationError;
+use crate::experiment::kind::RunContext;
+use crate::provenance::sha256;
+use crate::run::Recorded;
+use crate::run_directory::RecordedFile;
+use moment_problem::BasisFunction;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Normal quantile of the intervals: 99 % lie within.
+const INTERVAL_DEVIATIONS: f64 = 2.576;
+
+/// What a search will cost.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Prediction {
+    /// Candidates of all orders.
+    pub candidates: u64,
+    /// Linear programs of the first block.
+    pub programs: u64,
+    /// Linear programs of the later blocks, if one candidate in fifty stays in the race at each.
+    pub later_programs: u64,
+    /// Programs a second on one thread, measured on some candidates.
+    pub programs_per_second: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Hours on these threads.
+    pub hours: f64,
+    /// Bytes of checkpoint and tables.
+    pub disk_bytes: u64,
+}
+
+impl SearchExperiment {
+    fn prepare(&self) -> Result<(Workload, Vec<BasisFunction>), EvaluationError> {
+        Ok((Workload::prepare(self)?, self.functions()?))
+    }
+
+    /// Runs the search or a part of it.
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        let (workload, functions) = self.prepare()?;
+        let inputs = sha256(format!("{} {}", context.identity, workload.digest()).as_bytes());
+        let mut known = HashMap::new();
+        if !context.merge.is_empty() {
+            merge(context.merge, &inputs, &mut known)?;
+        }
+        let path = context.directory.join(checkpoint::FILE);
+        let shard = context.shard.unwrap_or(Shard::WHOLE);
+        let mut checkpoint = if path.exists() && std::fs::metadata(&path).is_ok_and(|data| data.len() > 0) {
+            let loaded = checkpoint::load(&path, &inputs)?;
+            if loaded.shard != shard {
+                let reason = format!("holds shard {}, not {shard}", loaded.shard);
+                return Err(EvaluationError::Input { path, reason });
+            }
+            let checkpoint = Checkpoint::resume(&path, &loaded)?;
+            known.extend(loaded.findings);
+            checkpoint
+        } else {
+            // Left by a run that was killed before its first write.
+            let _ = std::fs::remove_file(&path);
+            Checkpoint::create(&path, &inputs, shard)?
+        };
+        let sweep = Sweep::new(self, &workload, functions.len())?;
+        if !context.merge.is_empty() {
+            let keys = sweep.first_keys(Shard::WHOLE);
+            let missing = keys.iter().filter(|key| !known.contains_key(*key)).count();
+            if missing > 0 {
+                let reason = format!(
+                    "{missing} of {} candidates are in none of the merged shards: resume the unfinished ones first",
+                    keys.len()
+                );
+                return Err(EvaluationError::Value(reason));
+            }
+            let mut merged: Vec<(Key, Finding)> = known.iter().map(|(k, f)| (*k, *f)).collect();
+            merged.sort_by_key(|(key, _)| *key);
+            checkpoint.append(&merged)?;
+        }
+        sweep.first(shard, &mut known, &mut checkpoint, context.progress)?;
+        if context.shard.is_some() {
+            return Ok(Recorded { files: Vec::new(), trials: known.len(), failed: 0, complete: false });
+        }
+        sweep.refine(&mut known, &mut checkpoint, context.progress)?;
+        self.recorded(&sweep, &functions, &known)
+    }
+
+    fn recorded(
+        &self,
+        sweep: &Sweep<'_>,
+        functions: &[BasisFunction],
+        known: &HashMap<Key, Finding>,
+    ) -> Result<Recorded, EvaluationError> {
+        let mut records = Vec::new();
+        for order in 0..sweep.subsets.len() {
+            records.extend(ranked(sweep, functions, known, order));
+        }
+        let views: Vec<SearchViewRecord> = sweep
+            .workload
+            .views
+            .iter()
+            .map(|view| SearchViewRecord {
+                scene: view.scene.clone(),
+                view: view.view.clone(),
+                fragments: view.fragments,
+                sampled: view.sampled,
+                active: view.active,
+            })
+            .collect();
+        let agreement = compare(sweep, functions);
+        let samples = time(sweep, functions);
+        let failed = records.iter().filter(|record| !record.error.is_empty()).count();
+        let files = vec![
+            RecordedFile::csv("records.csv", &records)?,
+            RecordedFile::csv("stages.csv", &stages(sweep, known))?,
+            RecordedFile::csv("marks.csv", &marks(sweep))?,
+            RecordedFile::csv("views.csv", &views)?,
+            RecordedFile::csv("agreement.csv", &agreement)?,
+            RecordedFile::csv("samples.csv", &samples)?,
+        ];
+        Ok(Recorded { files, trials: records.len(), failed, complete: true })
+    }
+
+    /// Measures some candidates and says what all will cost.
+    pub(crate) fn predict(&self, threads: usize) -> Result<Prediction, EvaluationError> {
+        const MEASURED: usize = 24;
+        // The first block says all that is needed, and the later ones can be large.
+        let first = Self { blocks: 1, ..self.clone() };
+        let (workload, functions) = first.prepare()?;
+        let sweep = Sweep::new(&first, &workload, functions.len())?;
+        let (mut candidates, mut measured, mut seconds) = (0, 0, 0.0);
+        for (order, subsets) in sweep.subsets.iter().enumerate() {
+            candidates += subsets.len() as u64;
+            let clock = Instant::now();
+            for i in 0..MEASURED {
+                let number = (2 * i + 1) * subsets.len() / (2 * MEASURED);
+                measured += u64::from(sweep.find(0, order, number as u32).verdict.programs);
+            }
+            seconds += clock.elapsed().as_secs_f64();
+        }
+        let distinct = |block: usize| (workload.blocks[0].fragments.len() as u64) << block.saturating_sub(1);
+        let programs = candidates * distinct(0);
+        let best = (self.best * self.orders.len()) as u64;
+        let later = (1..self.blocks)
+            .map(|block| distinct(block) * (candidates / 50u64.pow(block as u32)).max(best.min(candidates)))
+            .sum::<u64>();
+        let programs_per_second = measured as f64 / seconds.max(1e-9);
+        /// Bytes of a candidate in checkpoint and table.
+        const BYTES: u64 = 190;
+        Ok(Prediction {
+            candidates,
+            programs,
+            later_programs: later,
+            programs_per_second,
+            threads,
+            hours: (programs + later) as f64 / programs_per_second / threads as f64 / 3600.0,
+            disk_bytes: candidates * BYTES,
+        })
+    }
+}
+
+/// Reads the findings of all shards of one search.
+fn merge(
+    directories: &[PathBuf],
+    inputs: &str,
+    known: &mut HashMap<Key, Finding>,
+) -> Result<(), EvaluationError> {
+    let mut seen: Vec<Shard> = Vec::new();
+    for directory in directories {
+        let path = directory.join(checkpoint::FILE);
+        let loaded = checkpoint::load(&path, inputs)?;
+        let fail = |reason: String| EvaluationError::Input { path: path.clone(), reason };
+        if seen.contains(&loaded.shard) {
+            return Err(fail(format!("is shard {} once more", loaded.shard)));
+        }
+        if let Some(first) = seen.first()
+            && first.count != loaded.shard.count
+        {
+            return Err(fail(format!("is shard {}, the first one was {first}", loaded.shard)));
+        }
+        seen.push(loaded.shard);
+        known.extend(loaded.findings.into_iter().filter(|((block, ..), _)| *block == 0));
+    }
+    let count = seen.first().map_or(0, |shard| shard.count);
+    if let Some(index) = (1..=count).find(|&index| !seen.iter().any(|shard| shard.index == index)) {
+        return Err(EvaluationError::Value(format!(
+            "shard {index}/{count} is missing among those to be merged"
+        )));
+    }
+    Ok(())
+}
+
+/// A record before it is ranked: difference to the control, half its interval, number of the subset.
+struct Row {
+    value: f64,
+    deviation: f64,
+    number: u32,
+    record: SearchRecord,
+}
+
+/// Rows of one order, the least error first.
+fn ranked(
+    sweep: &Sweep<'_>,
+    functions: &[BasisFunction],
+    known: &HashMap<Key, Finding>,
+    order: usize,
+) -> Vec<SearchRecord> {
+    let subsets = &sweep.subsets[order];
+    let blocks = sweep.workload.blocks.len();
+    let control = control_error(sweep, order).value;
+    let mut rows: Vec<Row> = Vec::new();
+    for number in 0..subsets.len() as u32 {
+        let members = sweep.members(order, number);
+        let basis: Vec<&BasisFunction> = members.iter().map(|&member| &functions[member]).collect();
+        let names = |keep: &dyn Fn(usize) -> bool| {
+            let kept = basis.iter().enumerate().filter(|(i, _)| keep(*i)).map(|(_, f)| f.name());
+            kept.collect::<Vec<_>>().join(", ")
+        };
+        let dropped = known.get(&(0, order as u16, number)).map_or(0, |finding| finding.dropped);
+        let uncertified: u32 = (0..blocks)
+            .filter_map(|block| known.get(&(block as u16, order as u16, number)))
+            .map(|finding| finding.verdict.uncertified)
+            .sum();
+        let mut record = SearchRecord {
+            m: subsets.order(),
+            rank: 0,
+            rank_low: 0,
+            rank_high: 0,
+            basis: names(&|_| true),
+            class: class(&basis).to_owned(),
+            l1_error: 0.0,
+            interval: 0.0,
+            fragments: 0,
+            reduced: names(&|i| dropped & (1 << i) != 0),
+            error: String::new(),
+        };
+        let (value, deviation) = match sweep.estimate(known, blocks, order, number) {
+            Some((mean, judged)) => {
+                let drawn = |block: usize| sweep.workload.blocks[block].fragments_drawn();
+                record.fragments = (0..judged).map(drawn).sum();
+                let interval = INTERVAL_DEVIATIONS * mean.variance.sqrt();
+                record.l1_error = rounded((control + mean.value).max(0.0));
+                record.interval = rounded(interval);
+                (mean.value, interval)
+            }
+            None => {
+                record.error = "all functions are constant on the support".to_owned();
+                (f64::INFINITY, 0.0)
+            }
+        };
+        if uncertified > 0 {
+            record.error = format!("{uncertified} programs without a certificate");
+        }
+        rows.push(Row { value, deviation, number, record });
+    }
+    rows.sort_by(|a, b| a.value.total_cmp(&b.value).then(a.number.cmp(&b.number)));
+    let sorted = |of: &dyn Fn(&Row) -> f64| {
+        let mut values: Vec<f64> = rows.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        values
+    };
+    let (lows, highs) = (sorted(&|row| row.value - row.deviation), sorted(&|row| row.value + row.deviation));
+    let mut records = Vec::with_capacity(rows.len());
+    for (place, Row { value, deviation, mut record, .. }) in rows.into_iter().enumerate() {
+        record.rank = place + 1;
+        record.rank_low = highs.partition_point(|&high| high < value - deviation) + 1;
+        record.rank_high = lows.partition_point(|&low| low <= value + deviation);
+        records.push(record);
+    }
+    records
+}
+
+/// Error of the control over all blocks.
+fn control_error(sweep: &Sweep<'_>, order: usize) -> Mean {
+    let blocks = &sweep.workload.blocks;
+    joined(sweep.controls[order].iter().zip(blocks).map(|(control, block)| {
+        (Mean { value: control.verdict.error, variance: 0.0 }, block.fragments_drawn())
+    }))
+}
+
+fn stages(sweep: &Sweep<'_>, known: &HashMap<Key, Finding>) -> Vec<StageRecord> {
+    let mut stages = Vec::new();
+    for (order, subsets) in sweep.subsets.iter().enumerate() {
+        for (block, fragments) in sweep.workload.blocks.iter().enumerate() {
+            let mut stage = StageRecord {
+                m: subsets.order(),
+                block,
+                fragments: fragments.fragments_drawn(),
+                candidates: 0,
+                programs: 0,
+                exact: 0,
+                uncertified: 0,
+            };
+            for ((b, o, _), finding) in known {
+                if (usize::from(*b), usize::from(*o)) == (block, order) {
+                    stage.candidates += 1;
+                    stage.programs += u64::from(finding.verdict.programs);
+                    stage.exact += u64::from(finding.verdict.exact);
+                    stage.uncertified += u64::from(finding.verdict.uncertified);
+                }
+            }
+            stages.push(stage);
+        }
+    }
+    stages
+}
+
+/// Closed forms, and the controls over the support.
+fn marks(sweep: &Sweep<'_>) -> Vec<MarkRecord> {
+    let all: Vec<usize> = sweep.workload.views.iter().map(|view| view.fragments).collect();
+    let deviation = |mean: &Mean| rounded(mean.variance.sqrt());
+    let mut marks = Vec::new();
+    for mark in &sweep.workload.marks {
+        let [exact, moved, difference] =
+            [&mark.exact, &mark.moved, &mark.difference].map(|views| stratified(views, &all));
+        marks.push(MarkRecord {
+            technique: mark.name.clone(),
+            l1_error: Some(rounded(exact.value)),
+            standard_error: Some(deviation(&exact)),
+            moved_l1_error: rounded(moved.value),
+            moved_standard_error: deviation(&moved),
+            difference_standard_error: Some(deviation(&difference)),
+        });
+    }
+    for (order, subsets) in sweep.subsets.iter().enumerate() {
+        let error = sweep.control_level(order, &all);
+        marks.push(MarkRecord {
+            technique: format!("power:{} over the support", subsets.order()),
+            l1_error: None,
+            standard_error: None,
+            moved_l1_error: rounded(control_error(sweep, order).value),
+            moved_standard_error: deviation(&error),
+            difference_standard_error: None,
+        });
+    }
+    marks
+}

@@ -1,0 +1,28 @@
+//! Errors and failures of closed forms on inputs that are hard in a known way.
+
+mod claims;
+mod figures;
+mod steps;
+mod summary;
+mod tables;
+
+use super::{KindPage, Recorded};
+use crate::error::ReportError;
+use crate::html::json;
+use crate::page::{Block, Claim, Content};
+
+pub(super) const PAGE: KindPage = KindPage { name: "stability", content, script };
+
+/// What the letters of heat maps mean.
+fn script() -> String {
+    format!("const CELLS = {};\n", json(&steps::meanings()))
+}
+
+fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
+    let tables = summary::StabilityTables::read(recorded.run, recorded.settings()?)?;
+    let claims = claims::claims(&tables);
+    // What the papers say is shown by the figures.
+    let figures = figures::draw(&tables)?.into_iter().map(Block::Drawing);
+    let body = figures.chain(Claim::blocks(&claims)).chain(tables::blocks(&tables)).collect();
+    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
+}
