@@ -4,7 +4,7 @@ use applications::field::Fit;
 use applications::rays::Triangles;
 use applications::region::Region;
 use applications::soft_shadow::{
-    AreaTruth, BlockerSearch, Blockers, DepthField, Fragment, Penumbra, TruthSettings,
+    AreaTruth, BlockerSearch, Blockers, DepthField, Filter, Fragment, Penumbra, TruthSettings,
     percentage_closer_soft_shadow,
 };
 use applications::{Outline, PlacedLight};
@@ -126,8 +126,7 @@ pub fn percentage_closer(table: &Table) -> Result<(), Failed> {
             serde_json::from_value(row.json("rectangles")?).map_err(|e| format!("rectangles: {e}"))?;
         let all = corners.into_iter().zip(row.list("d_o")?).map(|([x0, x1, y0, y1], d)| {
             let on_map = |c: f64| c * near / d;
-            let region =
-                Region { low: [on_map(x0), on_map(y0)], high: [on_map(x1), on_map(y1)] };
+            let region = Region { low: [on_map(x0), on_map(y0)], high: [on_map(x1), on_map(y1)] };
             (region, depth_of(d))
         });
         let map = Rectangles { all: all.collect() };
@@ -141,8 +140,8 @@ pub fn percentage_closer(table: &Table) -> Result<(), Failed> {
         let found = map.in_front(&region, Fit::Covered, z);
         row.close("p_search", found.mass, ROUNDING)?;
         let shade = |search: &BlockerSearch<f64>| {
-            let at = Fragment { position, depth: z, compared: z };
-            percentage_closer_soft_shadow(&map, &light, search, Fit::Covered, &at)
+            let at = Fragment { position, depth: z, bias: 0.0 };
+            percentage_closer_soft_shadow(&map, &light, search, &Filter::published(), &at)
         };
         // A small kernel magnifies the rounding of where it lies.
         let magnified = |kernel: [f64; 2]| ROUNDING * (1.0 + far / kernel[0].min(kernel[1]).max(1e-9));

@@ -110,14 +110,19 @@ pub fn close(what: &str, got: f64, expected: f64, tolerance: f64) -> Result<(), 
         return Ok(());
     }
     let distance = (got - expected).abs();
-    Err(format!("{what}: {got} instead of {expected}, {distance:.3e} apart where {tolerance:.3e} are allowed"))
+    Err(format!(
+        "{what}: {got} instead of {expected}, {distance:.3e} apart where {tolerance:.3e} are allowed"
+    ))
 }
 
 /// A comparison that nothing fails is none: wrong, missing and undefined numbers are seen.
 pub fn finds_planted_faults() -> Result<(), String> {
     let header = ["id", "value", "empty"].map(str::to_owned).to_vec();
-    let table =
-        Table { path: "planted.csv".into(), header, rows: vec![["7", "0.25", ""].map(str::to_owned).to_vec()] };
+    let table = Table {
+        path: "planted.csv".into(),
+        header,
+        rows: vec![["7", "0.25", ""].map(str::to_owned).to_vec()],
+    };
     let check = |got: f64, column: &str| table.each(|row| row.close(column, got, 1e-9));
     check(0.25 + 1e-10, "value")?;
     for (got, column) in [(0.25 + 1e-8, "value"), (f64::NAN, "value"), (0.25, "empty"), (0.25, "values")] {

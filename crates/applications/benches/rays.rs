@@ -35,7 +35,8 @@ fn rays(positions: &[[f32; 3]], triangles: &[[u32; 3]], count: usize) -> Vec<Seg
         let corners = triangles[triangle as usize].map(|v| positions[v as usize].map(f64::from));
         let origin = [0, 1, 2].map(|k| (corners[0][k] + corners[1][k] + corners[2][k]) / 3.0);
         for _ in 0..256 {
-            let direction = [0.9 + 0.2 * random.unit(), 0.25 + 0.2 * random.unit(), 0.5 + 0.2 * random.unit()];
+            let direction =
+                [0.9 + 0.2 * random.unit(), 0.25 + 0.2 * random.unit(), 0.5 + 0.2 * random.unit()];
             rays.push(Segment { origin, direction, endless: true, from: Some(triangle) });
         }
     }

@@ -270,7 +270,9 @@ mod tests {
 
     #[test]
     fn texts_are_read_and_written() {
-        for text in ["sun:0.53", "sun:0", "sun:2x0.5", "rect:0,3,-1;1,0,0;0,0,0.5", "disc:1e3,0,0;1,0,0;0,1,0"] {
+        for text in
+            ["sun:0.53", "sun:0", "sun:2x0.5", "rect:0,3,-1;1,0,0;0,0,0.5", "disc:1e3,0,0;1,0,0;0,1,0"]
+        {
             let light: AreaLight = text.parse().unwrap();
             assert_eq!(light.to_string().parse(), Ok(light), "{text}");
         }
@@ -293,7 +295,10 @@ mod tests {
             ("rect:0,0,0;0,0,0;0,1,0", "half axis U = [0.0, 0.0, 0.0]"),
             ("disc:0,0,0;1,0,0;0,1e999,0", "`1e999` is no finite number"),
             ("disc:0,0,0;1,0,0;0,0,0", "half axis V = [0.0, 0.0, 0.0]"),
-            ("disc:0,0,0;1,2,0;-2,-4,0", "U = [1.0, 2.0, 0.0] and V = [-2.0, -4.0, 0.0] of a light are parallel"),
+            (
+                "disc:0,0,0;1,2,0;-2,-4,0",
+                "U = [1.0, 2.0, 0.0] and V = [-2.0, -4.0, 0.0] of a light are parallel",
+            ),
             ("disc:0,0,0;1,2,zero;-2,-4,0", "`zero` is no finite number"),
         ] {
             let error = text.parse::<AreaLight>().unwrap_err().to_string();

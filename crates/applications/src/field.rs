@@ -159,11 +159,44 @@ mod tests {
         assert_eq!(field.regions(&Region { low: [0.5, 3.0], high: [3.5, 3.5] }, Fit::Covered), (3, 2));
     }
 
+    /// The fault to avoid: prefix sums that have wrapped around, turned into floats before they are subtracted.
+    #[test]
+    fn wrapped_sums_must_be_subtracted_as_integers() {
+        let side = 64;
+        let mut random = Random::stream(9, 0);
+        let depths: Vec<f32> = (0..side * side).map(|_| random.unit() as f32).collect();
+        let format = NumberFormat::U32Fixed { texels: 64 };
+        let mut sums = vec![0u32; side * side];
+        for y in 0..side {
+            let mut line = 0u32;
+            for x in 0..side {
+                line = line.wrapping_add(format.encode(f64::from(depths[y * side + x])));
+                sums[y * side + x] = if y > 0 { sums[(y - 1) * side + x].wrapping_add(line) } else { line };
+            }
+        }
+        let field = SummedMoments::new([side; 2], &depths, 1, 64, powers).unwrap();
+        let scale = f64::from(NumberFormat::fixed_point_scale(64)) * 64.0;
+        let mut wrong = 0;
+        for first in 8..side - 8 {
+            let at = |x: usize, y: usize| f64::from(sums[(y - 1) * side + x - 1]);
+            let end = first + 8;
+            let float = (at(end, end) - at(first, end) - at(end, first) + at(first, first)) / scale;
+            let region = Region { low: [first as f64; 2], high: [end as f64; 2] };
+            let found: Means<f64> = field.means(&region, Fit::Covered).unwrap();
+            let expected = mean(&depths, [side; 2], region.low, region.high, 1);
+            assert!((found[0] - expected).abs() < 1e-8);
+            wrong += usize::from((float - expected).abs() > 0.1);
+        }
+        assert!(wrong > 20, "{wrong}");
+    }
+
     #[test]
     fn regions_beyond_n_are_errors() {
         let field = SummedMoments::new([8, 8], &[1.0; 64], 2, 16, powers).unwrap();
         let square = |w: f64| Region { low: [0.0; 2], high: [w; 2] };
-        assert!((MomentField::<f64>::means(&field, &square(4.0), Fit::Covered).unwrap()[1] - 1.0).abs() < 1e-8);
+        assert!(
+            (MomentField::<f64>::means(&field, &square(4.0), Fit::Covered).unwrap()[1] - 1.0).abs() < 1e-8
+        );
         let error = MomentField::<f64>::means(&field, &square(4.5), Fit::Outwards).unwrap_err().to_string();
         assert!(error.contains("25 texels exceed 16"), "{error}");
         // 4.5 x 4.5 is nine regions of at most 16.

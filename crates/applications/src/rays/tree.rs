@@ -138,7 +138,8 @@ impl Triangles {
         let scale = if extent > 0.0 { (-extent.log2().ceil()).exp2() } else { 1.0 };
         let boxed = |corners: &[u32; 3]| {
             let points = of(corners).map(|p| local(p.map(f64::from), centre, scale));
-            let (low, high) = (points[0].min(points[1]).min(points[2]), points[0].max(points[1]).max(points[2]));
+            let (low, high) =
+                (points[0].min(points[1]).min(points[2]), points[0].max(points[1]).max(points[2]));
             Aabb::new(low - Vec3A::splat(padding), high + Vec3A::splat(padding))
         };
         let boxes: Vec<Aabb> = triangles.iter().map(boxed).collect();
@@ -215,7 +216,8 @@ impl Triangles {
             for k in (0..3).filter(|&k| origin[k].abs() > AROUND) {
                 entry = entry.max((AROUND.copysign(origin[k]) - origin[k]) / step[k]);
             }
-            if !(entry * PARAMETER < end) {
+            let enters = entry * PARAMETER < end;
+            if !enters {
                 return None;
             }
             end -= entry * PARAMETER;
@@ -306,7 +308,8 @@ mod tests {
     /// Vertices and triangles of hills over `n` x `n` squares.
     fn height_field(n: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
         let mut random = Random::stream(11, n as u64);
-        let height = |x: f64, z: f64, r: &mut Random| 3.0 * (x * 0.7).sin() * (z * 0.4).cos() + 0.1 * r.unit();
+        let height =
+            |x: f64, z: f64, r: &mut Random| 3.0 * (x * 0.7).sin() * (z * 0.4).cos() + 0.1 * r.unit();
         let at = |i: usize| 20.0 * i as f64 / n as f64 - 3.0;
         let positions = (0..(n + 1) * (n + 1))
             .map(|i| {
@@ -346,7 +349,11 @@ mod tests {
         Segment { origin, direction: difference(target, origin), endless: true, from: None }
     }
 
-    fn misses(scene: &Triangles, rays: &[Segment], meets: fn(&Sheared, &[[f32; 3]; 3]) -> Option<f64>) -> usize {
+    fn misses(
+        scene: &Triangles,
+        rays: &[Segment],
+        meets: fn(&Sheared, &[[f32; 3]; 3]) -> Option<f64>,
+    ) -> usize {
         rays.iter().filter(|ray| !scene.any(ray, meets)).count()
     }
 
@@ -395,7 +402,8 @@ mod tests {
                     let weights = [random.unit(), random.unit(), random.unit()];
                     let total: f64 = weights.iter().sum();
                     let corners = triangles[triangle].map(|v| positions[v as usize].map(f64::from));
-                    ray.origin = [0, 1, 2].map(|k| (0..3).map(|c| weights[c] * corners[c][k]).sum::<f64>() / total);
+                    ray.origin =
+                        [0, 1, 2].map(|k| (0..3).map(|c| weights[c] * corners[c][k]).sum::<f64>() / total);
                     ray.direction = [random.unit() - 0.5, random.unit(), random.unit() - 0.5];
                     ray.from = Some(triangle as u32);
                 }

@@ -6,8 +6,8 @@ use quantization::QuantizationError;
 
 use super::penumbra::Penumbra;
 use super::reconstruction::Reconstruction;
-use super::{BlockerSearch, Fragment};
-use crate::field::{Fit, MomentField};
+use super::{BlockerSearch, Filter, Fragment};
+use crate::field::MomentField;
 use crate::region::Region;
 
 /// Shadow intensity of a fragment: moments of the search region, blockers from the extremal distribution, moments of
@@ -20,7 +20,7 @@ pub fn filterable_soft_shadow<R: Real>(
     technique: &Reconstruction<R>,
     penumbra: &Penumbra<R>,
     search: &BlockerSearch<R>,
-    filter: Fit,
+    filter: &Filter<R>,
     fragment: &Fragment<R>,
 ) -> Result<R, QuantizationError> {
     let Fragment { position, depth, .. } = *fragment;
@@ -30,8 +30,7 @@ pub fn filterable_soft_shadow<R: Real>(
         return Ok(R::one());
     }
     let widths = search.widths(penumbra, depth, &blockers);
-    let means = field.means(&Region::around(position, widths), filter)?;
-    Ok(technique.intensity(&means, fragment.compared))
+    filtered_hard_shadow(field, technique, widths, filter, fragment)
 }
 
 /// The cheap alternative: hard shadows filtered over a region of fixed full widths in texels.
@@ -42,9 +41,9 @@ pub fn filtered_hard_shadow<R: Real>(
     field: &impl MomentField<R>,
     technique: &Reconstruction<R>,
     widths: [R; 2],
-    filter: Fit,
+    filter: &Filter<R>,
     fragment: &Fragment<R>,
 ) -> Result<R, QuantizationError> {
-    let means = field.means(&Region::around(fragment.position, widths), filter)?;
-    Ok(technique.intensity(&means, fragment.compared))
+    let (region, compared) = filter.applied(fragment, widths);
+    Ok(technique.intensity(&field.means(&region, filter.fit)?, compared))
 }

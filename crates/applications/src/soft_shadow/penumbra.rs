@@ -73,7 +73,12 @@ mod tests {
 
     #[test]
     fn similar_triangles() {
-        let lamp = Penumbra { half_size: [0.5, 0.25], near: Some(1.0), depth_range: 3.0, texels_per_unit: [100.0; 2] };
+        let lamp = Penumbra {
+            half_size: [0.5, 0.25],
+            near: Some(1.0),
+            depth_range: 3.0,
+            texels_per_unit: [100.0; 2],
+        };
         // Light at 0, blocker at 2, receiver at 4.
         assert_eq!(lamp.on_receiver(1.0, 1.0 / 3.0), [1.0, 0.5]);
         assert_eq!(lamp.filter(1.0, 1.0 / 3.0), [25.0, 12.5]);

@@ -9,7 +9,7 @@ use shadow_filtering::DepthMap;
 
 use super::penumbra::Penumbra;
 use super::reconstruction::Blockers;
-use super::{BlockerSearch, Fragment};
+use super::{BlockerSearch, Filter, Fragment};
 use crate::field::Fit;
 use crate::region::{Piece, Region};
 
@@ -50,7 +50,7 @@ pub fn percentage_closer_soft_shadow<R: Real>(
     field: &impl DepthField<R>,
     penumbra: &Penumbra<R>,
     search: &BlockerSearch<R>,
-    filter: Fit,
+    filter: &Filter<R>,
     fragment: &Fragment<R>,
 ) -> R {
     let Fragment { position, depth, .. } = *fragment;
@@ -65,5 +65,6 @@ pub fn percentage_closer_soft_shadow<R: Real>(
         return R::one();
     }
     let widths = search.widths(penumbra, depth, &blockers);
-    field.in_front(&Region::around(position, widths), filter, fragment.compared).mass
+    let (region, compared) = filter.applied(fragment, widths);
+    field.in_front(&region, filter.fit, compared).mass
 }

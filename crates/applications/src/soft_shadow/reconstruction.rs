@@ -110,7 +110,11 @@ impl<R: Real> Reconstruction<R> {
         if let Warp::Exponential(c) = warp
             && !(c.to_f64() > 0.0 && c.to_f64() <= MAX_EXPONENT)
         {
-            return Err(ReconstructionError::Parameter { key: "exponent", value: c.to_f64(), range: "(0, 40]" });
+            return Err(ReconstructionError::Parameter {
+                key: "exponent",
+                value: c.to_f64(),
+                range: "(0, 40]",
+            });
         }
         Ok(Self { warp, bound, moment_bias })
     }
@@ -159,9 +163,7 @@ impl<R: Real> Reconstruction<R> {
     pub fn blockers(&self, means: &Means<R>, z: R) -> Blockers<R> {
         let found = self.bound.in_front(&self.biased(means), self.warp.apply(z));
         let points = found.iter().flat_map(|found| found.points());
-        points.fold(Blockers::none(), |sum, &(depth, weight)| {
-            sum.with(self.warp.invert(depth), weight)
-        })
+        points.fold(Blockers::none(), |sum, &(depth, weight)| sum.with(self.warp.invert(depth), weight))
     }
 
     fn biased(&self, means: &Means<R>) -> Means<R> {

@@ -155,7 +155,10 @@ mod tests {
                 let found = truth.occluded_fraction(&half_plane(edge), &light, [0.0; 3], None, 1);
                 let error = (found.fraction - expected).abs();
                 assert!(found.standard_error <= SETTINGS.standard_error, "{found:?}");
-                assert!(error <= 5.0 * found.standard_error, "{outline:?} {edge}: {found:?} against {expected}");
+                assert!(
+                    error <= 5.0 * found.standard_error,
+                    "{outline:?} {edge}: {found:?} against {expected}"
+                );
             }
         }
     }
