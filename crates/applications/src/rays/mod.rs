@@ -2,11 +2,16 @@
 //!
 //! A tree of boxes (`obvhs`, eight children a node, in single precision) proposes triangles, an edge test in double
 //! precision decides. Neither lets a ray through between two triangles that share an edge or a vertex:
-//! - boxes are padded by more than the tree's rounding moves a ray ([`tree`]);
+//! - boxes are padded by more than the tree's rounding moves a ray (`tree`);
 //! - the sign that the edge test computes is never the opposite of the right one, and zero counts as inside
-//!   ([`edge_test`]).
+//!   (`edge_test`).
 
 mod edge_test;
+mod query;
 mod tree;
 
-pub use tree::{Segment, TriangleError, Triangles};
+pub use query::{Segment, Surface};
+pub use tree::{TriangleError, Triangles};
+
+#[cfg(test)]
+mod tests;

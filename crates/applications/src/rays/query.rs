@@ -1,0 +1,140 @@
+//! What triangles are asked: whether anything lies between two points, and what lies near one.
+
+use super::edge_test::Sheared;
+use super::tree::Triangles;
+use crate::vector::{cross, difference, dot, norm};
+
+/// A triangle whose plane holds the origin can be met there only, which is the surface on which the origin lies or its
+/// neighbour. "Holds" is up to this, relative to the scene's largest coordinate: 64 roundings of double precision, in
+/// which origins are computed from vertices.
+const ON_PLANE: f64 = 64.0 * f64::EPSILON;
+
+/// Planes are only asked for hits this near, relative to the scene's largest coordinate; farther ones lie within
+/// [`ON_PLANE`] for rays that are parallel to the plane up to 1e-8.
+const NEAR: f64 = 1e-6;
+
+/// From a receiver to a point of the light, or on for ever.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Segment {
+    /// Where it starts, world space.
+    pub origin: [f64; 3],
+    /// To its end; only its direction counts if it is endless. Not zero.
+    pub direction: [f64; 3],
+    /// Whether it goes on for ever.
+    pub endless: bool,
+    /// The triangle on which the receiver lies, which does not shadow itself.
+    pub from: Option<u32>,
+}
+
+/// A point on a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Which triangle.
+    pub triangle: u32,
+    /// Where, world space.
+    pub position: [f64; 3],
+}
+
+impl Triangles {
+    /// Whether any triangle lies strictly between both ends.
+    ///
+    /// A surface does not occlude itself: `from` is left out, and so are triangles in whose plane the origin lies up to
+    /// rounding.
+    #[inline]
+    pub fn occludes(&self, segment: &Segment) -> bool {
+        self.any(segment, Sheared::meets)
+    }
+
+    /// [`Triangles::occludes`] without the tree: every triangle is asked.
+    pub fn occludes_brute_force(&self, segment: &Segment) -> bool {
+        let query = Query::new(self, segment);
+        (0..self.len()).any(|leaf| query.is_hit(self, leaf, &Sheared::meets))
+    }
+
+    /// The surface that lies nearest to a point along `direction`, a unit vector, not farther than `reach` on either
+    /// side. Receivers that come from a shadow map know their depth to its precision only; this tells the triangle, and
+    /// where on it they are.
+    pub fn surface_near(&self, point: [f64; 3], direction: [f64; 3], reach: f64) -> Option<Surface> {
+        let origin = [0, 1, 2].map(|k| point[k] - reach * direction[k]);
+        let through = direction.map(|c| 2.0 * reach * c);
+        let segment = Segment { origin, direction: through, endless: false, from: None };
+        let sheared = Sheared::new(origin, through);
+        let mut nearest: Option<(f64, u32)> = None;
+        self.visit(&segment, |leaf| {
+            if let Some(at) = sheared.meets(self.corners_of(leaf)).filter(|at| (0.0..=1.0).contains(at)) {
+                let candidate = (at, self.triangle_of(leaf));
+                // Of equally near ones the first triangle, whatever the tree's order.
+                let rank = |(at, triangle): (f64, u32)| ((at - 0.5).abs(), triangle);
+                if nearest.is_none_or(|best| rank(candidate) < rank(best)) {
+                    nearest = Some(candidate);
+                }
+            }
+            false
+        });
+        nearest.map(|(at, triangle)| Surface {
+            triangle,
+            position: [0, 1, 2].map(|k| origin[k] + at * through[k]),
+        })
+    }
+
+    #[inline(always)]
+    pub(super) fn any(
+        &self,
+        segment: &Segment,
+        meets: impl Fn(&Sheared, &[[f32; 3]; 3]) -> Option<f64>,
+    ) -> bool {
+        let query = Query::new(self, segment);
+        self.visit(segment, |leaf| query.is_hit(self, leaf, &meets))
+    }
+}
+
+/// What every triangle is asked.
+struct Query {
+    sheared: Sheared,
+    origin: [f64; 3],
+    near: f64,
+    end: f64,
+    plane: f64,
+    from: u32,
+}
+
+impl Query {
+    #[inline(always)]
+    fn new(scene: &Triangles, segment: &Segment) -> Self {
+        let Segment { origin, direction, endless, from } = *segment;
+        let largest = |v: &[f64; 3], least: f64| v.iter().fold(least, |m, c| m.max(c.abs()));
+        let reach = largest(&origin, scene.largest_coordinate());
+        Self {
+            sheared: Sheared::new(origin, direction),
+            origin,
+            near: NEAR * reach / largest(&direction, 0.0),
+            end: if endless { f64::INFINITY } else { 1.0 },
+            plane: ON_PLANE * reach,
+            from: from.unwrap_or(u32::MAX),
+        }
+    }
+
+    /// Whether the triangle of a leaf counts; comparisons with NaN are false.
+    #[inline(always)]
+    fn is_hit(
+        &self,
+        scene: &Triangles,
+        leaf: usize,
+        meets: &impl Fn(&Sheared, &[[f32; 3]; 3]) -> Option<f64>,
+    ) -> bool {
+        let corners = scene.corners_of(leaf);
+        meets(&self.sheared, corners).is_some_and(|at| {
+            at > 0.0
+                && at < self.end
+                && (at > self.near || !self.is_on_plane(corners))
+                && scene.triangle_of(leaf) != self.from
+        })
+    }
+
+    #[cold]
+    fn is_on_plane(&self, corners: &[[f32; 3]; 3]) -> bool {
+        let [a, b, c] = corners.map(|corner| difference(corner.map(f64::from), self.origin));
+        let normal = cross(difference(b, a), difference(c, a));
+        dot(normal, a).abs() <= self.plane * norm(normal)
+    }
+}

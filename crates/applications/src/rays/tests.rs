@@ -1,0 +1,164 @@
+//! Cracks, the tree against brute force, surfaces against themselves.
+
+use super::edge_test::Sheared;
+use super::*;
+use crate::vector::difference;
+use random_stream::Random;
+
+/// Vertices and triangles of hills over `n` x `n` squares.
+fn height_field(n: usize) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
+    let mut random = Random::stream(11, n as u64);
+    let height = |x: f64, z: f64, r: &mut Random| 3.0 * (x * 0.7).sin() * (z * 0.4).cos() + 0.1 * r.unit();
+    let at = |i: usize| 20.0 * i as f64 / n as f64 - 3.0;
+    let positions = (0..(n + 1) * (n + 1))
+        .map(|i| {
+            let (x, z) = (at(i % (n + 1)), at(i / (n + 1)));
+            [x as f32, height(x, z, &mut random) as f32, z as f32]
+        })
+        .collect();
+    let corner = |x: usize, z: usize| (z * (n + 1) + x) as u32;
+    let triangles = (0..n * n)
+        .flat_map(|i| {
+            let (x, z) = (i % n, i / n);
+            let [a, b, c, d] = [corner(x, z), corner(x + 1, z), corner(x, z + 1), corner(x + 1, z + 1)];
+            [[a, c, b], [b, c, d]]
+        })
+        .collect();
+    (positions, triangles)
+}
+
+/// A ray from above the hills through an inner vertex or the middle of an edge; it must hit, whatever the hills.
+fn aimed(n: usize, positions: &[[f32; 3]], random: &mut Random) -> Segment {
+    let pick = |r: &mut Random| 1 + (r.unit() * (n - 1) as f64) as usize;
+    let (x, z) = (pick(random), pick(random));
+    let vertex = |x: usize, z: usize| positions[z * (n + 1) + x].map(f64::from);
+    let (first, second) = match (random.unit() * 4.0) as usize {
+        0 => (vertex(x, z), vertex(x, z)),
+        1 => (vertex(x, z), vertex(x - 1, z)),
+        2 => (vertex(x, z), vertex(x, z - 1)),
+        _ => (vertex(x, z - 1), vertex(x - 1, z)),
+    };
+    let target = [0, 1, 2].map(|k| 0.5 * (first[k] + second[k]));
+    let spread = |r: &mut Random| 16.0 * r.unit() - 1.0;
+    let origin = match (random.unit() * 4.0) as usize {
+        0 => [target[0], 8.0, target[2]],
+        1 => [spread(random), 8.0, target[2]],
+        _ => [spread(random), 5.0 + 5.0 * random.unit(), spread(random)],
+    };
+    Segment { origin, direction: difference(target, origin), endless: true, from: None }
+}
+
+fn misses(scene: &Triangles, rays: &[Segment], meets: fn(&Sheared, &[[f32; 3]; 3]) -> Option<f64>) -> usize {
+    rays.iter().filter(|ray| !scene.any(ray, meets)).count()
+}
+
+/// What one writes first: edges belong to nobody.
+fn strictly_inside(sheared: &Sheared, triangle: &[[f32; 3]; 3]) -> Option<f64> {
+    let edges = sheared.edges(triangle).0;
+    let inside = edges.iter().all(|&e| e > 0.0) || edges.iter().all(|&e| e < 0.0);
+    sheared.meets(triangle).filter(|_| inside)
+}
+
+#[test]
+fn no_ray_slips_through_vertices_and_edges() {
+    let n = 317;
+    let (positions, triangles) = height_field(n);
+    assert_eq!(triangles.len(), 200_978);
+    let mut random = Random::stream(5, 0);
+    let rays: Vec<Segment> = (0..60_000).map(|_| aimed(n, &positions, &mut random)).collect();
+    let scene = Triangles::new(&positions, &triangles).unwrap();
+    assert_eq!(misses(&scene, &rays, Sheared::meets), 0);
+    // Both faults let rays through.
+    let unpadded = misses(&Triangles::padded(&positions, &triangles, 0.0), &rays, Sheared::meets);
+    let strict = misses(&scene, &rays, strictly_inside);
+    assert!(unpadded > 0 && strict > 1000, "{unpadded} {strict}");
+}
+
+/// Segments of all kinds, along axes, ending on vertices, from far outside, from surfaces.
+#[test]
+fn the_tree_answers_as_brute_force() {
+    let n = 24;
+    let (positions, triangles) = height_field(n);
+    let scene = Triangles::new(&positions, &triangles).unwrap();
+    let mut random = Random::stream(6, 0);
+    let mut hits = 0;
+    for i in 0..20_000 {
+        let mut ray = aimed(n, &positions, &mut random);
+        match i % 8 {
+            0 => {}
+            1 => ray.endless = false,
+            2 => ray.direction = ray.direction.map(|c| c * 1.5),
+            3 => ray.direction = [0, 1, 2].map(|_| random.unit() - 0.5),
+            4 => ray.direction = [ray.direction[0], 0.0, -0.0],
+            5 => ray.origin = [0, 1, 2].map(|k| ray.origin[k] - 40.0 * ray.direction[k]),
+            6 => (ray.endless, ray.direction) = (false, ray.direction.map(|c| c * 0.99)),
+            _ => {
+                let triangle = (random.unit() * triangles.len() as f64) as usize;
+                let weights = [random.unit(), random.unit(), random.unit()];
+                let total: f64 = weights.iter().sum();
+                let corners = triangles[triangle].map(|v| positions[v as usize].map(f64::from));
+                ray.origin =
+                    [0, 1, 2].map(|k| (0..3).map(|c| weights[c] * corners[c][k]).sum::<f64>() / total);
+                ray.direction = [random.unit() - 0.5, random.unit(), random.unit() - 0.5];
+                ray.from = Some(triangle as u32);
+            }
+        }
+        let expected = scene.occludes_brute_force(&ray);
+        assert_eq!(scene.occludes(&ray), expected, "{i} {ray:?}");
+        hits += usize::from(expected);
+    }
+    assert!((5_000..15_000).contains(&hits), "{hits}");
+}
+
+/// A receiver in the plane of a quad sees past the quad's other half.
+#[test]
+fn surfaces_do_not_shadow_themselves() {
+    let positions = [[0.1, 0.3, 0.7], [1.1, 0.7, 0.9], [0.2, 1.3, 1.7], [1.2, 1.7, 1.9]];
+    let scene = Triangles::new(&positions, &[[0, 1, 2], [2, 1, 3]]).unwrap();
+    let corner = |k: usize| positions[k].map(f64::from);
+    let mut random = Random::stream(2, 0);
+    let mut shadowed = 0;
+    for i in 0..2000 {
+        // On the diagonal, or near it.
+        let (s, t) = (random.unit(), if i % 2 == 0 { 0.0 } else { 1e-12 * random.unit() });
+        let weights = [t, (1.0 - t) * s, (1.0 - t) * (1.0 - s)];
+        let origin = [0, 1, 2].map(|k| (0..3).map(|c| weights[c] * corner(c)[k]).sum());
+        let direction = [0, 1, 2].map(|_| random.unit() - 0.5);
+        let ray = Segment { origin, direction, endless: true, from: Some(0) };
+        shadowed += usize::from(scene.occludes(&ray));
+    }
+    assert_eq!(shadowed, 0);
+    let down = Segment { origin: [0.6, 1.0, 0.0], direction: [0.0, 0.0, 1.0], endless: true, from: None };
+    assert!(scene.occludes(&down) && !scene.occludes(&Segment { endless: false, ..down }));
+}
+
+/// A point known to three digits is put back on its triangle.
+#[test]
+fn surfaces_are_found_again() {
+    let (positions, triangles) = height_field(40);
+    let scene = Triangles::new(&positions, &triangles).unwrap();
+    let mut random = Random::stream(3, 0);
+    for _ in 0..500 {
+        let index = random.below(triangles.len());
+        let corners = triangles[index].map(|v| positions[v as usize].map(f64::from));
+        let weights = [0.2 + random.unit(), 0.2 + random.unit(), 0.2 + random.unit()];
+        let total: f64 = weights.iter().sum();
+        let exact = [0, 1, 2].map(|k| (0..3).map(|c| weights[c] * corners[c][k]).sum::<f64>() / total);
+        let point = [exact[0], exact[1] + 1e-3 * (random.unit() - 0.5), exact[2]];
+        let found = scene.surface_near(point, [0.0, -1.0, 0.0], 0.01).unwrap();
+        assert_eq!(found.triangle as usize, index);
+        assert!((0..3).all(|k| (found.position[k] - exact[k]).abs() < 1e-12), "{found:?} {exact:?}");
+    }
+    assert_eq!(scene.surface_near([0.0, 50.0, 0.0], [0.0, -1.0, 0.0], 1.0), None);
+}
+
+#[test]
+fn bad_scenes_are_named_and_empty_ones_occlude_nothing() {
+    let error = |p: &[[f32; 3]], t: &[[u32; 3]]| Triangles::new(p, t).err().map(|e| e.to_string());
+    assert_eq!(error(&[[0.0; 3]], &[[0, 0, 1]]), Some("triangle 0 uses vertex 1 of 1".to_owned()));
+    assert!(error(&[[0.0, f32::NAN, 0.0]], &[]).is_some_and(|e| e.contains("NaN")));
+    let ray = Segment { origin: [0.0; 3], direction: [1.0; 3], endless: true, from: None };
+    assert!(!Triangles::new(&[], &[]).unwrap().occludes(&ray));
+    let point = Triangles::new(&[[1.0; 3]; 3], &[[0, 1, 2]]).unwrap();
+    assert!(!point.occludes(&ray) && !point.occludes(&Segment { direction: [0.0; 3], ..ray }));
+}
