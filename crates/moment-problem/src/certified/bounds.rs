@@ -86,6 +86,17 @@ pub trait LowerBound {
     /// that could not be certified.
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError>;
 
+    /// [`LowerBound::bounds_precise`] where depths of a distribution with these moments are known: they may speed up
+    /// the search, and are no evidence.
+    fn bounds_near(
+        &self,
+        moments: &[DoubleDouble],
+        z_f: f64,
+        _depths: &[f64],
+    ) -> Result<Bounds, MomentError> {
+        self.bounds_precise(moments, z_f)
+    }
+
     /// Bounds from E\[b\]; see [`LowerBound::bounds_precise`].
     fn bounds(&self, moments: &[f64], z_f: f64) -> Result<Bounds, MomentError> {
         let precise: Vec<DoubleDouble> = moments.iter().map(|&b| DoubleDouble::from(b)).collect();
@@ -96,7 +107,7 @@ pub trait LowerBound {
     /// result depends on the moments alone, so it is the same as if Z were forgotten.
     fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
         check_depths(z.depths(), self.interval())?;
-        self.bounds_precise(&z.moments(self.basis()), z_f)
+        self.bounds_near(&z.moments(self.basis()), z_f, z.depths())
     }
 }
 

@@ -1,11 +1,11 @@
 //! Closed forms as plain functions over any [`Real`](crate::arithmetic::Real), without evidence.
 
-pub mod batch;
+mod batch;
 pub mod hamburger;
 pub mod hausdorff;
 pub mod markov;
 mod moment_bound;
-pub mod roots;
+pub(crate) mod roots;
 pub mod textbook;
 pub mod trigonometric;
 
@@ -25,4 +25,5 @@ pub mod wgsl {
     pub(super) const TRIGONOMETRIC_4: &str = include_str!("trigonometric4.wgsl");
 }
 
+pub use batch::VectorWidth;
 pub use moment_bound::MomentBound;
