@@ -8,7 +8,6 @@ mod error;
 mod experiment;
 mod kernel;
 mod kinds;
-mod method;
 mod provenance;
 mod run;
 mod run_directory;
@@ -42,7 +41,6 @@ pub use kinds::stability::{
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Storage, Timed,
     WorstRecord,
 };
-pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};

@@ -51,7 +51,7 @@ pub mod fast_simplex;
 pub use basis::{Basis, BasisFunction, FunctionKind, MAX_FUNCTIONS};
 pub use certified::{Bounds, Certificate, Interval, LowerBound};
 pub use certified::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
-pub use certified::{ExchangeSimplex, LinearProgram, LpSolver};
+pub use certified::{ExchangeSimplex, LinearProgram, LpSolver, Method, Solver, method};
 pub use closed_forms::{
     MomentBound, VectorWidth, hamburger, hausdorff, markov, textbook, trigonometric, wgsl,
 };

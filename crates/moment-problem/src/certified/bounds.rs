@@ -4,23 +4,48 @@ use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::distribution::DepthDistribution;
 use crate::error::MomentError;
+use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::str::FromStr;
 
 /// The set I of admissible depths.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Interval {
     /// All real numbers.
     Real,
     /// \[0, 1\].
+    #[default]
     Unit,
 }
 
-impl fmt::Display for Interval {
-    /// As it is spelled on the command line.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Interval {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Real, Self::Unit];
+
+    /// The name in TOML and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
             Self::Real => "real",
             Self::Unit => "unit",
+        }
+    }
+}
+
+impl FromStr for Interval {
+    type Err = MomentError;
+
+    fn from_str(name: &str) -> Result<Self, MomentError> {
+        let known = Self::ALL.into_iter().find(|interval| interval.name() == name);
+        known.ok_or_else(|| MomentError::Unsupported(format!("interval `{name}` is neither real nor unit")))
+    }
+}
+
+impl fmt::Display for Interval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Real => "the real line",
+            Self::Unit => "[0, 1]",
         })
     }
 }

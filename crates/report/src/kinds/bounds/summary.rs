@@ -215,7 +215,7 @@ mod tests {
             name: "technique".to_owned(),
             panel: "panel".to_owned(),
             basis: "power:2".to_owned(),
-            interval: evaluation::Domain::Unit,
+            interval: moment_problem::Interval::Unit,
             solver: None,
         };
         let tables = Tables { records, samples: Vec::new() };
