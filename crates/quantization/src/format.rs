@@ -65,7 +65,7 @@ impl NumberFormat {
 
     /// The code of 1 in fixed point for kernels of N texels: the largest whole number of which N fit into 32 bits.
     /// BHS16 takes (2^32 - 1) / N itself, whose rounding up would let N ones overflow. N = 0 counts as 1.
-    pub fn fixed_point_scale(texels: u32) -> u32 {
+    pub(crate) fn fixed_point_scale(texels: u32) -> u32 {
         u32::MAX / texels.max(1)
     }
 
