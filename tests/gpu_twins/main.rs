@@ -11,6 +11,7 @@ mod adapter;
 mod compute;
 mod fragments;
 mod frames;
+mod modules;
 
 use std::process::ExitCode;
 
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
         let name = transform.name.replace(' ', "_");
         trials.push(gpu_trial(format!("transform::{name}"), || quantise_and_decode(transform)));
     }
+    trials.extend(modules::trials());
     trials.extend(frames::trials());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()

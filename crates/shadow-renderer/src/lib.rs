@@ -9,8 +9,7 @@ mod stack;
 pub use error::RenderError;
 pub use frame::{Frame, NO_TRIANGLE};
 pub use gpu::{
-    DepthMap, FrameRenderer, FrameSettings, FrameShaders, GpuFrame, PassTimes, SUPERSAMPLE_8, Sampling,
-    TexelFormat, WHOLE_FRAME,
+    DepthMap, FrameRenderer, FrameSettings, GpuFrame, PassTimes, SUPERSAMPLE_8, Sampling, WHOLE_FRAME,
 };
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
 pub use stack::pictures;
