@@ -13,7 +13,6 @@ pub use gpu::{
 };
 pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
 pub use stack::pictures;
-pub use stack::prepare::{PreparedTriangles, SUBTEXELS};
 pub use stack::render::{
     BINDING_BYTES, Backend, RenderReport, StageTimes, render_in_chunks, render_in_frame, render_stack,
 };

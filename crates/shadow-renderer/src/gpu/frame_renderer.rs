@@ -5,7 +5,7 @@
 
 use std::time::{Duration, Instant};
 
-use graphics_device::{AdapterName, DeviceError, GraphicsDevice, PassTimer};
+use graphics_device::{DeviceError, GraphicsDevice, PassTimer};
 use shaders::{FrameShaders, TexelFormat};
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
@@ -92,16 +92,6 @@ impl FrameRenderer {
         let geometry = gpu.watched(|| Geometry::upload(&gpu, scene))?;
         let scene_light = normalize(direction.map(|c| -f64::from(c)));
         Ok(Self { gpu, geometry, scene_light, scene: scene.clone(), direction })
-    }
-
-    /// The adapter.
-    pub fn adapter(&self) -> &AdapterName {
-        &self.gpu.name
-    }
-
-    /// Whether the adapter runs on the CPU: its times are no GPU times.
-    pub fn is_software(&self) -> bool {
-        self.gpu.software
     }
 
     /// Gives the device up, as a driver that crashes does. Every later frame is an error.

@@ -7,8 +7,9 @@ use graphics_device::{AdapterName, GraphicsDevice};
 use crate::gpu::{ABuffer, ChunkSizes};
 use crate::stack::assemble::{Band, assemble};
 use crate::stack::memory::{self, Budget};
+use crate::stack::prepare::PreparedTriangles;
 use crate::stack::rasterize::{BandTimes, rasterize};
-use crate::{LightFrame, PreparedTriangles, RenderError, ShadowMapStack};
+use crate::{LightFrame, RenderError, ShadowMapStack};
 use scenes::Scene;
 
 /// Who renders. Every backend returns the same stack, bit for bit.
@@ -111,7 +112,7 @@ pub fn render_stack(
 /// are clamped to [0, 1].
 ///
 /// # Errors
-/// As [`PreparedTriangles::new`], and [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] for a
+/// [`RenderError::Scene`], [`RenderError::MapSize`], [`RenderError::GuardBand`] if a vertex lies over 16384 texels off, and [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] for a
 /// stack that 32-bit offsets or the memory cannot hold, estimated before anything large is allocated and checked
 /// exactly on the way.
 pub fn render_in_frame(
