@@ -18,7 +18,7 @@ fn every_committed_figure_and_page_follows_from_its_records() {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let mut compared = 0;
     for run in folders(&results).iter().flat_map(|experiment| folders(experiment)) {
-        let files = Page::new(&RunDirectory::open(&run).unwrap()).unwrap().files();
+        let files = report::page(&RunDirectory::open(&run).unwrap()).unwrap().files();
         for file in &files {
             let recorded = std::fs::read(run.join(&file.name)).unwrap();
             assert!(recorded == file.bytes, "{} differs from its records", run.join(&file.name).display());
@@ -42,7 +42,7 @@ fn the_table_of_the_papers_follows_from_the_committed_runs() {
     let pages: Vec<Page> = results
         .iter()
         .flat_map(|experiment| folders(experiment))
-        .map(|run| Page::new(&RunDirectory::open(&run).unwrap()).unwrap())
+        .map(|run| report::page(&RunDirectory::open(&run).unwrap()).unwrap())
         .collect();
     let table = report::comparison(&pages);
     assert!(table.lines().count() > 20, "{table}");

@@ -9,6 +9,7 @@ mod experiment;
 mod kernel;
 mod kinds;
 mod provenance;
+mod role;
 mod run;
 mod run_directory;
 
@@ -32,9 +33,10 @@ pub use kinds::search::{
     SearchReference, SearchSample, SearchTiming, SearchViewRecord, Shard, StageRecord,
 };
 pub use kinds::speed_accuracy::{
-    Advice, AdviceOptions, Blend, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare,
-    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming, SpeedViewRecord,
+    Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
+    DEFAULT_CANDIDATES, EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting,
+    OrderShare, PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample,
+    SpeedTiming, SpeedViewRecord,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
@@ -42,6 +44,7 @@ pub use kinds::stability::{
     WorstRecord,
 };
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
+pub use role::{Role, with_role};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::techniques::MomentBound;

@@ -7,7 +7,6 @@ use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::kinds;
 use crate::page::{Page, Table, Text, code, row};
-pub(crate) use blocks::json;
 use blocks::{block, explorer, table};
 use std::fmt::Write as _;
 

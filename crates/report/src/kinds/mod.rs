@@ -9,8 +9,8 @@ mod speed_accuracy;
 mod stability;
 
 use crate::error::ReportError;
-use crate::page::Content;
-use evaluation::{Experiment, Provenance, RunDirectory};
+use crate::page::{Content, Page};
+use evaluation::{Experiment, Provenance, RunDirectory, Scale};
 use std::any::Any;
 
 /// How runs of one kind of experiment are reported.
@@ -53,10 +53,23 @@ impl Recorded<'_> {
     }
 }
 
-/// What the run's page shows.
-pub(crate) fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let kind = KINDS.iter().find(|kind| kind.name == recorded.experiment.kind_name());
-    (kind.ok_or_else(|| recorded.unknown())?.content)(recorded)
+/// Reads a run's records and draws its figures.
+///
+/// # Errors
+/// [`ReportError`] for records that cannot be read or drawn.
+pub fn page(run: &RunDirectory) -> Result<Page, ReportError> {
+    let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
+    let provenance = run.provenance()?;
+    let recorded = Recorded { run, experiment: &experiment, provenance: &provenance };
+    let kind = KINDS.iter().find(|kind| kind.name == experiment.kind_name());
+    let content = (kind.ok_or_else(|| recorded.unknown())?.content)(&recorded)?;
+    Ok(Page {
+        run: run.clone(),
+        question: experiment.question().to_owned(),
+        expectation: experiment.expectation().to_owned(),
+        content,
+        provenance,
+    })
 }
 
 /// What the page's script shares with the figures of all kinds.

@@ -28,6 +28,9 @@ struct Point {
     kernel: usize,
 }
 
+/// Name of percentage-closer filtering with a receiver plane among the frames.
+pub const COMPARED_FRAME: &str = "PCF with receiver plane";
+
 impl FrameTiming {
     /// The middle of everything, then each parameter on its own.
     fn points(&self) -> Vec<Point> {
@@ -149,7 +152,7 @@ impl Plan<'_> {
         });
         let limit = self.experiment.plane_limit;
         let reference = comparison_shaders(kernel, limit);
-        let name = "PCF with receiver plane".to_owned();
+        let name = COMPARED_FRAME.to_owned();
         candidates.chain([(name, "depth".to_owned(), reference)]).collect()
     }
 }

@@ -13,7 +13,7 @@ pub(super) const PAGE: KindPage = KindPage { name: "bounds", content, script: St
 
 fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
     let bounds: &BoundsExperiment = recorded.settings()?;
-    let tables = summary::Tables::read(recorded.run)?;
+    let tables = summary::BoundsTables::read(recorded.run)?;
     let kernels: Vec<KernelRecord> = recorded.run.rows("kernels.csv")?;
     let draw = |figure| figures::draw(figure, &tables, &kernels);
     let rows = tables.summary(bounds);

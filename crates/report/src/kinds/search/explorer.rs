@@ -3,11 +3,9 @@
 use super::summary::SearchTables;
 use crate::drawing::{SKY_BLUE, VERMILLION, css};
 use crate::error::ReportError;
-use crate::html::json;
-use crate::page::Explorer;
+use crate::page::{Explorer, json};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use evaluation::SearchExperiment;
 use serde::Serialize;
 
 /// Unit of the errors that the page holds.
@@ -38,11 +36,9 @@ pub(super) fn script() -> String {
 }
 
 /// Nothing for a family of more functions than a byte can name.
-pub(super) fn candidates(
-    experiment: &SearchExperiment,
-    tables: &SearchTables,
-) -> Result<Option<Explorer>, ReportError> {
-    let mut functions: Vec<String> = experiment.functions()?.iter().map(|f| f.name().to_owned()).collect();
+pub(super) fn candidates(tables: &SearchTables<'_>) -> Result<Option<Explorer>, ReportError> {
+    let mut functions: Vec<String> =
+        tables.experiment.functions()?.iter().map(|f| f.name().to_owned()).collect();
     let mut sizes: Vec<(usize, Vec<u8>)> = Vec::new();
     for record in tables.records.iter().filter(|r| r.fragments > 0) {
         let place = sizes.iter().position(|(m, _)| *m == record.m).unwrap_or_else(|| {

@@ -17,7 +17,7 @@ const PANEL: u32 = 230;
 const NAMES: u32 = 96;
 
 /// All figures of a run.
-pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<Drawing>, ReportError> {
+pub(crate) fn draw(tables: &SearchTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let references = tables.references();
     let marked = references.iter().map(|reference| reference.error).fold(0.01, f64::max);
     let m = tables.main_order();
@@ -38,13 +38,13 @@ pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<Drawing>, ReportError> {
 }
 
 /// Error that a share of the candidates of one size does not exceed.
-fn share(tables: &SearchTables, m: usize, share: f64) -> f64 {
+fn share(tables: &SearchTables<'_>, m: usize, share: f64) -> f64 {
     let all = tables.of(m);
     let place = (share * all.len() as f64) as usize;
     all.get(place.min(all.len().saturating_sub(1))).map_or(0.0, |record| record.l1_error)
 }
 
-fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references: &[Reference]) -> Drawn {
+fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, references: &[Reference]) -> Drawn {
     let errors: Vec<f64> = tables.of(m).iter().map(|record| record.l1_error).collect();
     let mut counts = vec![0usize; BINS];
     for error in errors.iter().filter(|error| **error < end) {

@@ -9,15 +9,13 @@ mod tables;
 use super::{KindPage, Recorded};
 use crate::error::ReportError;
 use crate::page::{Block, Content};
-use evaluation::SearchExperiment;
 
 pub(super) const PAGE: KindPage = KindPage { name: "search", content, script: explorer::script };
 
 fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let experiment: &SearchExperiment = recorded.settings()?;
-    let tables = summary::SearchTables::read(recorded.run)?;
-    let claims = claims::claims(&tables, experiment, recorded.provenance);
-    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(experiment, &tables));
-    let explorers = explorer::candidates(experiment, &tables)?.into_iter().collect();
+    let tables = summary::SearchTables::read(recorded.run, recorded.settings()?)?;
+    let claims = claims::claims(&tables, recorded.provenance);
+    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
+    let explorers = explorer::candidates(&tables)?.into_iter().collect();
     Ok(Content { answer: tables.answer(), claims, explorers, body })
 }

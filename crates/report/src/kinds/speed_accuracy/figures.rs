@@ -65,7 +65,7 @@ struct Scatter<'a> {
 }
 
 /// All figures of a run.
-pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<Drawing>, ReportError> {
+pub(crate) fn draw(tables: &SpeedTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let sizes = tables.sizes();
     let mark = |r: &SpeedAccuracyRecord, x: f64, x_range: Option<(f64, f64)>| Mark {
         x,

@@ -11,15 +11,13 @@ mod tables;
 use super::{KindPage, Recorded};
 use crate::error::ReportError;
 use crate::page::{Block, Content};
-use evaluation::SpeedAccuracyExperiment;
 
 pub(super) const PAGE: KindPage = KindPage { name: "speed-accuracy", content, script: explorer::script };
 
 fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let experiment: &SpeedAccuracyExperiment = recorded.settings()?;
-    let tables = summary::SpeedTables::read(recorded.run, experiment)?;
+    let tables = summary::SpeedTables::read(recorded.run, recorded.settings()?)?;
     let claims = claims::claims(&tables);
-    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(experiment, &tables));
-    let explorers = explorer::explorers(experiment, &tables);
+    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
+    let explorers = explorer::explorers(&tables);
     Ok(Content { answer: tables.answer(), claims, explorers, body })
 }

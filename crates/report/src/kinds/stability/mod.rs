@@ -8,8 +8,7 @@ mod tables;
 
 use super::{KindPage, Recorded};
 use crate::error::ReportError;
-use crate::html::json;
-use crate::page::{Block, Claim, Content};
+use crate::page::{Block, Claim, Content, json};
 
 pub(super) const PAGE: KindPage = KindPage { name: "stability", content, script };
 
