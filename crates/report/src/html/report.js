@@ -202,7 +202,7 @@ for (const holder of document.querySelectorAll(".candidates")) {
   labelled("candidates of", size);
   const search = document.createElement("input");
   search.type = "search";
-  search.placeholder = "z, z^2, z^3, z^4";
+  search.placeholder = CANDIDATES.example;
   search.size = 40;
   labelled("with the functions", search);
   const output = document.createElement("output");

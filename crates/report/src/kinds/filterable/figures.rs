@@ -2,8 +2,8 @@
 
 use super::summary::FilterableTables;
 use crate::drawing::{
-    Arrow, CURVE_COLOURS, Chart, Curve, DEPTH_LABEL, F_STROKE, GREEN, INTENSITY_LABEL, Palette, Stroke,
-    beside_charts, sheet,
+    Arrow, CURVE_COLOURS, Chart, Curve, DEPTH_LABEL, ErrorColours, F_STROKE, GREEN, INTENSITY_LABEL, Stroke,
+    beside_charts, error_sheet,
 };
 use crate::error::ReportError;
 use crate::page::Drawing;
@@ -32,12 +32,12 @@ pub(crate) fn draw(run: &RunDirectory, tables: &FilterableTables<'_>) -> Result<
         let (error, leak) = (titled("|G - F|"), titled("G - F"));
         figures.push(Drawing {
             id: format!("error-{stem}"),
-            svg: sheet(&tiles, &error, Palette::Magnitude)?,
+            svg: error_sheet(&tiles, &error, ErrorColours::Magnitude)?,
             title: error,
         });
         figures.push(Drawing {
             id: format!("leak-{stem}"),
-            svg: sheet(&tiles, &leak, Palette::Signed)?,
+            svg: error_sheet(&tiles, &leak, ErrorColours::Signed)?,
             title: leak,
         });
     }

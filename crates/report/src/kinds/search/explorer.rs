@@ -1,6 +1,6 @@
 //! All candidates of a search, for readers to look up.
 
-use super::summary::SearchTables;
+use super::summary::{POWER_4, SearchTables};
 use crate::drawing::{SKY_BLUE, VERMILLION, css};
 use crate::error::ReportError;
 use crate::page::{Explorer, json};
@@ -29,7 +29,7 @@ struct CandidatesOfSize {
 /// What the script shares with the histogram.
 pub(super) fn script() -> String {
     format!(
-        "const CANDIDATES = {{ unit: {UNIT:e}, all: \"{}\", chosen: \"{}\" }};\n",
+        "const CANDIDATES = {{ unit: {UNIT:e}, all: \"{}\", chosen: \"{}\", example: \"{POWER_4}\" }};\n",
         css(SKY_BLUE),
         css(VERMILLION)
     )

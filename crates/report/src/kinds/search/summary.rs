@@ -23,7 +23,7 @@ pub(crate) struct SearchTables<'a> {
 }
 
 /// A point of reference in the histogram.
-pub(crate) struct Reference {
+pub(crate) struct Landmark {
     pub(crate) name: String,
     pub(crate) error: f64,
 }
@@ -88,13 +88,13 @@ impl<'a> SearchTables<'a> {
 
     /// What the histogram annotates (MSM15 Figure 4): PCF, closed forms on the moved depths, and both four-moment
     /// candidates.
-    pub(crate) fn references(&self) -> Vec<Reference> {
-        let mut references = vec![Reference { name: "PCF".to_owned(), error: 0.0 }];
+    pub(crate) fn landmarks(&self) -> Vec<Landmark> {
+        let mut references = vec![Landmark { name: "PCF".to_owned(), error: 0.0 }];
         for mark in ["VSM", "ESM"].iter().filter_map(|role| self.mark(role)) {
-            references.push(Reference { name: mark.technique.clone(), error: mark.moved_l1_error });
+            references.push(Landmark { name: mark.technique.clone(), error: mark.moved_l1_error });
         }
         for (name, record) in [("power 4", self.power()), ("trigonometric 4", self.trigonometric())] {
-            references.extend(record.map(|r| Reference { name: name.to_owned(), error: r.l1_error }));
+            references.extend(record.map(|r| Landmark { name: name.to_owned(), error: r.l1_error }));
         }
         references
     }

@@ -2,7 +2,7 @@
 
 use super::figures::{FAMILIES, OTHERS, family};
 use super::summary::SpeedTables;
-use super::tables::recorded;
+use super::tables::recorded_picture;
 use crate::drawing::{BLACK, css};
 use crate::page::{Explorer, RecordedPicture, json};
 use plotters::style::RGBColor;
@@ -14,7 +14,7 @@ const GREY_FOR_BLACK: RGBColor = RGBColor(136, 136, 136);
 
 /// A point of the chart of error against cost.
 #[derive(Serialize)]
-struct Point<'a> {
+struct ExplorerPoint<'a> {
     technique: &'a str,
     family: &'static str,
     format: &'a str,
@@ -36,7 +36,7 @@ pub(super) fn script() -> String {
 
 /// The best of each technique, format and size over all fragments; then the pictures of all views.
 pub(super) fn explorers(tables: &SpeedTables<'_>) -> Vec<Explorer> {
-    let points = tables.best().map(|r| Point {
+    let points = tables.best().map(|r| ExplorerPoint {
         technique: &r.technique,
         family: family(&r.technique).name,
         format: &r.format,
@@ -61,6 +61,6 @@ impl SpeedTables<'_> {
     /// The pictures of all views, where they were asked for.
     pub(super) fn pictures(&self) -> Vec<RecordedPicture> {
         let views = self.views.iter().map(|view| (view.scene.as_str(), view.view.as_str()));
-        self.experiment.pictures_of_views(views).iter().map(recorded).collect()
+        self.experiment.pictures_of_views(views).iter().map(recorded_picture).collect()
     }
 }

@@ -7,19 +7,19 @@ use evaluation::{COMPARED_FRAME, FrameSample, WHOLE_FRAME};
 use std::collections::BTreeMap;
 
 /// Sizes of a frame: map, width, height, kernel.
-type Point = (u32, u32, u32, usize);
+type FrameSizes = (u32, u32, u32, usize);
 
-fn point(sample: &FrameSample) -> Point {
+fn point(sample: &FrameSample) -> FrameSizes {
     (sample.map_size, sample.width, sample.height, sample.kernel)
 }
 
-fn name((map, width, height, kernel): Point) -> String {
+fn name((map, width, height, kernel): FrameSizes) -> String {
     format!("{map}², {width}x{height}, {kernel}x{kernel}")
 }
 
 impl SpeedTables<'_> {
     /// All sizes in the order of the file; the first is the middle of all.
-    fn points(&self) -> Vec<Point> {
+    fn points(&self) -> Vec<FrameSizes> {
         distinct(self.frames.iter().map(point))
     }
 
@@ -27,7 +27,7 @@ impl SpeedTables<'_> {
     fn frame_times(
         &self,
         (technique, format): (&str, &str),
-        at: Point,
+        at: FrameSizes,
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<f64> {
         let mut frames: BTreeMap<usize, f64> = BTreeMap::new();

@@ -11,7 +11,7 @@ pub(crate) fn blocks(tables: &SpeedTables<'_>) -> Vec<Block> {
 }
 
 /// A picture with its columns.
-pub(crate) fn recorded(picture: &PictureSetting) -> RecordedPicture {
+pub(crate) fn recorded_picture(picture: &PictureSetting) -> RecordedPicture {
     let view = if picture.view.is_empty() { "first view" } else { &picture.view };
     RecordedPicture {
         id: picture.id.clone(),
@@ -30,7 +30,7 @@ fn pictures(tables: &SpeedTables<'_>) -> Vec<Block> {
         blocks.push(Block::Paragraph(Text::joined([head, Text::joined(links, ", "), ".".into()], "")));
     }
     for picture in &tables.experiment.picture {
-        let recorded = recorded(picture);
+        let recorded = recorded_picture(picture);
         let words = format!(
             "{}, from left to right: PCF with receiver plane; {}. Lower bounds as they are, depth bias {} texels + {} \
              slopes; below, parts of the pictures magnified.",
