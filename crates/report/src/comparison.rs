@@ -24,7 +24,8 @@ pub(crate) fn table(pages: &[Page]) -> Table {
     // What one run lacks another may have.
     let shown = claims().filter(|(_, claim)| claim.is_measured() || !is_measured(claim));
     let rows = shown.map(|(page, c)| row![c.source, &c.says, c.here(), code(page.arguments())]);
-    let not_built = NOT_BUILT.iter().map(|&(source, says)| row![source, says, "not built yet", ""]);
+    let not_built =
+        NOT_BUILT.iter().map(|&(source, says)| row![source, says, "not built yet", Text::default()]);
     Table::default()
         .left(["source", "published", "here"])
         .left([Text::from("by ").code("msm").and(" ...")])

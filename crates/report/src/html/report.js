@@ -1,5 +1,3 @@
-"use strict";
-
 // Tables: click a heading to sort, type to filter.
 for (const holder of document.querySelectorAll(".table")) {
   const table = holder.querySelector("table");

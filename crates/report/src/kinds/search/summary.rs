@@ -4,8 +4,8 @@ use crate::error::ReportError;
 use crate::kinds::rows::distinct;
 use crate::page::{Text, in_percent, percent};
 use evaluation::{
-    MarkRecord, RunDirectory, SearchExperiment, SearchRecord, SearchSample, SearchViewRecord, StageRecord,
-    with_role,
+    MarkRecord, RunDirectory, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchSample,
+    SearchViewRecord, StageRecord, with_role,
 };
 
 /// Names of the marked candidates in the family's order.
@@ -19,6 +19,7 @@ pub(crate) struct SearchTables<'a> {
     pub(crate) stages: Vec<StageRecord>,
     pub(crate) marks: Vec<MarkRecord>,
     pub(crate) views: Vec<SearchViewRecord>,
+    pub(crate) agreement: Vec<SearchAgreementRecord>,
     pub(crate) samples: Vec<SearchSample>,
 }
 
@@ -45,6 +46,7 @@ impl<'a> SearchTables<'a> {
             stages: run.rows("stages.csv")?,
             marks: run.rows("marks.csv")?,
             views: run.rows("views.csv")?,
+            agreement: run.rows("agreement.csv")?,
             samples: run.rows("samples.csv")?,
         })
     }
