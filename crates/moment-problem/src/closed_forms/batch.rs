@@ -24,17 +24,9 @@ impl MomentBound {
     /// # Panics
     /// If there are not [`MomentBound::order`] arrays, arrays have different lengths or the machine lacks that width.
     pub fn lower_bounds(self, width: VectorWidth, moments: &[&[f32]], z_f: &[f32], lower: &mut [f32]) {
-        let length = lower.len();
-        assert!(
-            z_f.len() == length
-                && moments.len() == self.order()
-                && moments.iter().all(|moment| moment.len() == length),
-            "{} takes {} arrays of one length: {length} results, {} depths, moments {:?}",
-            self.name(),
-            self.order(),
-            z_f.len(),
-            moments.iter().map(|moment| moment.len()).collect::<Vec<_>>(),
-        );
+        assert_eq!(moments.len(), self.order(), "moments for {}", self.name());
+        let lengths = moments.iter().map(|moment| moment.len()).chain([z_f.len()]);
+        assert!(lengths.into_iter().all(|length| length == lower.len()), "arrays of different lengths");
         match self {
             Self::Hamburger2 => chebyshev(width, &Batch::new(moments, z_f), lower),
             Self::Hamburger4 => hamburger4(width, &Batch::new(moments, z_f), lower),
