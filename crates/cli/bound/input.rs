@@ -44,7 +44,14 @@ impl Input {
             MomentError::Infeasible { .. } | MomentError::NotPositiveDefinite { .. } if known => {
                 Failure::Failed(error.into())
             }
-            _ => Failure::Input(error.into()),
+            MomentError::Infeasible { .. }
+            | MomentError::NotPositiveDefinite { .. }
+            | MomentError::Length { .. }
+            | MomentError::NotFinite { .. }
+            | MomentError::OutsideInterval { .. }
+            | MomentError::Unsupported(_)
+            | MomentError::Basis(_)
+            | MomentError::Distribution(_) => Failure::Input(error.into()),
         }
     }
 }
