@@ -1,4 +1,4 @@
-//! Every WGSL module that can be put together is valid, on any machine.
+//! Every WGSL module that can be put together is valid, and can be written in other languages, on any machine.
 
 use libtest_mimic::{Failed, Trial};
 use quantization::NumberFormat;
@@ -58,6 +58,7 @@ fn valid(shaders: &FrameShaders) -> Result<(), Failed> {
         let module = Module::new(source).map_err(|error| format!("{pass}: {error}"))?;
         module.only(Stage::Vertex)?;
         module.only(Stage::Fragment)?;
+        module.spirv().map_err(|error| format!("{pass}: {error}"))?;
     }
     Ok(())
 }

@@ -11,6 +11,14 @@ pub enum ShaderError {
         /// The compiler's words.
         problem: String,
     },
+    /// A valid module that another language cannot say.
+    #[error("shader in {language}: {problem}")]
+    Unwritable {
+        /// The language.
+        language: &'static str,
+        /// What is in the way.
+        problem: String,
+    },
     /// There is no such entry point, or not exactly one where one is asked for.
     #[error("shader: expected an entry point {0}")]
     NoEntryPoint(String),

@@ -1,8 +1,9 @@
 //! Shaders as text: WGSL constants, loops written out, validation without a graphics adapter, reflection of what a module
-//! binds, and the modules that a shadowed frame is made of. Nothing here runs a shader.
+//! binds, export to other languages, and the modules that a shadowed frame is made of. Nothing here runs a shader.
 
 mod constants;
 mod error;
+mod export;
 mod frame;
 mod module;
 mod unroll;

@@ -54,6 +54,8 @@ pub struct EntryPoint {
 /// A validated module.
 #[derive(Debug)]
 pub struct Module {
+    pub(crate) module: naga::Module,
+    pub(crate) info: ModuleInfo,
     entry_points: Vec<EntryPoint>,
 }
 
@@ -79,7 +81,7 @@ impl Module {
         })?;
         let of = |(index, entry)| entry_point(&module, &info, index, entry);
         let entry_points = module.entry_points.iter().enumerate().map(of).collect::<Result<_, _>>()?;
-        Ok(Self { entry_points })
+        Ok(Self { module, info, entry_points })
     }
 
     /// The entry point of a name.
