@@ -65,7 +65,7 @@ pub enum FileFault {
         count: u64,
     },
     /// A vector with a component that is NaN, infinite or larger than 1e15.
-    #[error("{at}: value {value:?} is not finite or exceeds {limit:e}", limit = crate::arrays::MAX_COORDINATE)]
+    #[error("{at}: value {value:?} is not finite or exceeds {limit:e}", limit = crate::scene::MAX_COORDINATE)]
     NotFinite {
         /// Place inside the file.
         at: String,

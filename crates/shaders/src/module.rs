@@ -203,13 +203,12 @@ fn sum(@builtin(global_invocation_id) id: vec3<u32>) {
     #[test]
     fn bindings_are_those_that_an_entry_point_reaches() {
         let module = module();
-        let names = |entry: &EntryPoint| {
-            entry.bindings.iter().map(|b| (b.number, b.name.clone())).collect::<Vec<_>>()
-        };
-        let [depths, scale, sums] =
-            [(1, "depths"), (4, "scale"), (7, "sums")].map(|(n, s)| (n, s.to_owned()));
-        assert_eq!(names(module.only(Stage::Vertex).unwrap()), [scale.clone()]);
-        assert_eq!(names(module.only(Stage::Fragment).unwrap()), [depths.clone(), scale.clone()]);
+        fn names(entry: &EntryPoint) -> Vec<(u32, &str)> {
+            entry.bindings.iter().map(|binding| (binding.number, binding.name.as_str())).collect()
+        }
+        let [depths, scale, sums] = [(1, "depths"), (4, "scale"), (7, "sums")];
+        assert_eq!(names(module.only(Stage::Vertex).unwrap()), [scale]);
+        assert_eq!(names(module.only(Stage::Fragment).unwrap()), [depths, scale]);
         assert_eq!(names(module.entry_point("sum").unwrap()), [depths, scale, sums]);
     }
 

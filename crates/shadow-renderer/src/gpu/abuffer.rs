@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 use std::time::Instant;
 
+use graphics_device::{DeviceError, GraphicsDevice};
 use wgpu::BufferUsages as Usage;
 
 use super::kernel::Kernel;
@@ -12,7 +13,6 @@ use crate::stack::assemble::{Band, Key};
 use crate::stack::memory::Budget;
 use crate::stack::prepare::PreparedTriangles;
 use crate::{RenderError, StageTimes};
-use graphics_device::{DeviceError, GraphicsDevice};
 
 /// Sizes of the pieces into which work is cut, so that every binding stays within its limit.
 #[derive(Clone, Copy, Debug)]

@@ -6,17 +6,16 @@
 use std::time::{Duration, Instant};
 
 use graphics_device::{DeviceError, GraphicsDevice, PassTimer};
+use scenes::Scene;
+use scenes::vector::normalize;
 use shaders::{FrameShaders, TexelFormat};
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
 use super::filter_chain::{Chain, map_resources};
 use super::geometry::{Geometry, LightPass, Surfaces};
 use super::raster_pass::RasterPass;
-use scenes::vector::normalize;
-
 use crate::light_frame::check_size;
 use crate::{LightFrame, RenderError};
-use scenes::Scene;
 
 /// A frame's sizes and parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,6 +15,9 @@ pub(crate) use abuffer::{ABuffer, ChunkSizes};
 pub use depth_map::{DepthMap, SUPERSAMPLE_8, Sampling};
 pub use frame_renderer::{FrameRenderer, FrameSettings, GpuFrame, PassTimes, WHOLE_FRAME};
 
+/// Bytes of a storage binding that every graphics adapter offers.
+pub const BINDING_BYTES: u64 = 128 << 20;
+
 const FRAGMENTS: &str = include_str!("fragments.wgsl");
 const SCAN: &str = include_str!("scan.wgsl");
 const SORT: &str = include_str!("sort.wgsl");

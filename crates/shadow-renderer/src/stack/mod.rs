@@ -8,8 +8,8 @@ mod glyphs;
 pub(crate) mod memory;
 pub mod pictures;
 pub(crate) mod prepare;
-mod rasterize;
-pub(crate) mod render;
+pub(crate) mod rasterize;
+pub(crate) mod stage_times;
 
 use crate::RenderError;
 

@@ -3,10 +3,10 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
+use scenes::Scene;
 
 use crate::stack::fixed_point::{DEPTH_BITS, MaskPlanes, Masks, Plane};
 use crate::{LightFrame, RenderError};
-use scenes::Scene;
 
 /// Sub-texel steps per texel to which vertices are snapped.
 pub(crate) const SUBTEXELS: i32 = 256;
