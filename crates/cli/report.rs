@@ -2,7 +2,7 @@
 
 use crate::outcome::{Failure, Output};
 use crate::run::failure;
-use ::report::{Page, ReportError};
+use ::report::ReportError;
 use evaluation::{RunDirectory, write_whole};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -34,7 +34,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let mut pages = Vec::new();
     for path in &arguments.runs {
         let run = RunDirectory::open(path).map_err(failure)?;
-        let page = Page::new(&run).map_err(page_failure)?;
+        let page = ::report::page(&run).map_err(page_failure)?;
         let files = page.write().map_err(page_failure)?;
         answer.written.extend(files.iter().map(|file| run.path().join(&file.name).display().to_string()));
         pages.push(page);

@@ -105,7 +105,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             worked = (worked.0 + seconds, worked.1 + expected(&experiment.name));
             pace = worked.0 / worked.1;
         }
-        let page = Page::new(&directory).map_err(page_failure)?;
+        let page = ::report::page(&directory).map_err(page_failure)?;
         page.write().map_err(page_failure)?;
         let answer = shortened(&page.finding());
         let reproduced = Reproduced {

@@ -3,7 +3,6 @@
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
 use crate::report::page_failure;
-use ::report::Page;
 use clap::ValueEnum;
 use evaluation::{Build, EvaluationError, Experiment, Prediction, RunOptions, Scale, Shard};
 use serde::Serialize;
@@ -103,7 +102,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let run = experiment.run(&options).map_err(failure)?;
     bar.finish();
     let written = if run.complete {
-        Page::new(&run.directory).and_then(|page| page.write()).map_err(page_failure)?
+        ::report::page(&run.directory).and_then(|page| page.write()).map_err(page_failure)?
     } else {
         Vec::new()
     };

@@ -42,13 +42,13 @@ mod summed_area;
 mod transform;
 mod working_basis;
 
-pub use bound::{LARGEST_BINARY_DETERMINANT, bound};
+pub use bound::bound;
 pub use encoding::Encoding;
 pub use error::QuantizationError;
 pub use format::NumberFormat;
 pub use interval::DepthInterval;
 pub use moment_matrix::MomentMatrix;
-pub use optimise::{Optimum, Search, Structure, default_starts, gain_bits, optimise, transform_range};
+pub use optimise::{Optimum, Search, Structure, gain_bits, optimise, transform_range};
 pub use range::{Range, range};
 pub use summed_area::{Rectangle, SummedAreaTable};
 pub use transform::AffineTransform;

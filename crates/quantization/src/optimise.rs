@@ -31,7 +31,7 @@ pub enum Structure {
 pub struct Search {
     /// Structure of the matrix.
     pub structure: Structure,
-    /// Random starts; without it as many as [`default_starts`] says.
+    /// Random starts; without it 48 up to order 4, then more: 256, 1024, beyond order 8 as many as a minute allows.
     pub starts: Option<usize>,
     /// Seed of the starts.
     pub seed: u64,
@@ -58,7 +58,7 @@ pub struct Optimum {
 
 /// Starts that found the best known transform of power bases several times over with three different seeds; beyond
 /// order 8 as many as a minute allows.
-pub fn default_starts(order: usize) -> usize {
+fn default_starts(order: usize) -> usize {
     match order {
         0..=4 => 48,
         5 | 6 => 256,

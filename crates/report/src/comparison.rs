@@ -17,14 +17,17 @@ pub fn comparison(pages: &[Page]) -> String {
 }
 
 pub(crate) fn table(pages: &[Page]) -> Table {
-    let measured = pages.iter().flat_map(|page| {
-        let row =
-            |claim: &Claim| row![claim.source, &claim.says, claim.measured.clone(), code(page.arguments())];
-        page.content.claims.iter().map(row)
-    });
-    let not_built = NOT_BUILT.iter().map(|&(source, says)| row![source, says, "not built yet", ""]);
+    let claims = || pages.iter().flat_map(|page| page.content.claims.iter().map(move |claim| (page, claim)));
+    let is_measured = |of: &Claim| {
+        claims().any(|(_, other)| other.is_measured() && (other.source, &other.says) == (of.source, &of.says))
+    };
+    // What one run lacks another may have.
+    let shown = claims().filter(|(_, claim)| claim.is_measured() || !is_measured(claim));
+    let rows = shown.map(|(page, c)| row![c.source, &c.says, c.here(), code(page.arguments())]);
+    let not_built =
+        NOT_BUILT.iter().map(|&(source, says)| row![source, says, "not built yet", Text::default()]);
     Table::default()
         .left(["source", "published", "here"])
         .left([Text::from("by ").code("msm").and(" ...")])
-        .rows(measured.chain(not_built))
+        .rows(rows.chain(not_built))
 }

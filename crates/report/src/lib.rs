@@ -14,4 +14,5 @@ pub use comparison::comparison;
 pub use drawing::{BoundChart, BoundCurve};
 pub use error::ReportError;
 pub use html::html;
+pub use kinds::page;
 pub use page::Page;

@@ -189,12 +189,6 @@ macro_rules! unit_interval_form {
             pub fn new() -> Result<Self, BasisError> {
                 Ok(Self { proved: Proved::new(&$basis)? })
             }
-
-            fn solve(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
-                check_input(self.basis(), Interval::Unit, moments, z_f)?;
-                let array: [DoubleDouble; 4] = std::array::from_fn(|i| moments[i]);
-                self.proved.certify(moments, z_f, Self::claim(&array, z_f), depths)
-            }
         }
 
         impl LowerBound for $type {
@@ -211,12 +205,18 @@ macro_rules! unit_interval_form {
             }
 
             fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-                self.solve(moments, z_f, &[])
+                self.bounds_near(moments, z_f, &[])
             }
 
-            fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
-                check_depths(z.depths(), Interval::Unit)?;
-                self.solve(&z.moments(self.basis()), z_f, z.depths())
+            fn bounds_near(
+                &self,
+                moments: &[DoubleDouble],
+                z_f: f64,
+                depths: &[f64],
+            ) -> Result<Bounds, MomentError> {
+                check_input(self.basis(), Interval::Unit, moments, z_f)?;
+                let array: [DoubleDouble; 4] = std::array::from_fn(|i| moments[i]);
+                self.proved.certify(moments, z_f, Self::claim(&array, z_f), depths)
             }
         }
     };

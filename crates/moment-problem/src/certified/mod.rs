@@ -4,11 +4,13 @@ mod bounds;
 mod closed_form;
 mod hermite;
 mod linear_program;
+mod method;
 mod semi_infinite;
 
 pub use bounds::{Bounds, Certificate, Interval, LowerBound};
 pub use closed_form::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
 pub(crate) use linear_program::ask;
 pub use linear_program::{LinearProgram, LpSolver};
-pub use semi_infinite::{CERTIFIED_GAP, ExchangeSimplex, FEASIBILITY_TOLERANCE, PreparedBasis};
+pub use method::{Method, Solver, method};
+pub use semi_infinite::ExchangeSimplex;
 pub(crate) use semi_infinite::{Column, FiniteProgram};

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 /// How a grey of 128 + 127 (G - F) is shown.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Palette {
+pub(crate) enum ErrorColours {
     /// |G - F| from white over orange to black.
     Magnitude,
     /// G - F from blue (light leaks) over white to red (shadow where none belongs).
@@ -20,7 +20,7 @@ pub(crate) enum Palette {
 /// Errors of this size and above have the last colour: differences between techniques are small ones.
 const FULL: f64 = 0.5;
 
-impl Palette {
+impl ErrorColours {
     fn colour(self, grey: u8) -> [u8; 3] {
         let error = ((f64::from(grey) - 128.0) / 127.0 / FULL).clamp(-1.0, 1.0);
         let corners: &[[f64; 3]] = match (self, error < 0.0) {
@@ -45,10 +45,10 @@ const LABEL: u32 = 20;
 const COLUMNS: u32 = 4;
 
 /// The sheet as an SVG document: one tile a technique, and a scale.
-pub(crate) fn sheet(
+pub(crate) fn error_sheet(
     tiles: &[(String, PathBuf)],
     title: &str,
-    palette: Palette,
+    colours: ErrorColours,
 ) -> Result<String, ReportError> {
     if tiles.is_empty() {
         return Err(ReportError::Empty { figure: title.to_owned() });
@@ -68,7 +68,7 @@ pub(crate) fn sheet(
     for (i, (name, path)) in tiles.iter().enumerate() {
         let (column, row) = (i as u32 % COLUMNS, i as u32 / COLUMNS);
         let (x, y) = (GAP + column * (TILE + GAP), top + row * (TILE + LABEL + GAP));
-        let png = STANDARD.encode(coloured(path, palette)?);
+        let png = STANDARD.encode(coloured(path, colours)?);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -81,18 +81,18 @@ pub(crate) fn sheet(
             y + LABEL
         );
     }
-    text.push_str(&bar(palette, scale));
+    text.push_str(&bar(colours, scale));
     text.push_str("</svg>\n");
     Ok(text)
 }
 
-fn bar(palette: Palette, y: u32) -> String {
-    let (from, to) = if palette == Palette::Signed { (-FULL, FULL) } else { (0.0, FULL) };
+fn bar(colours: ErrorColours, y: u32) -> String {
+    let (from, to) = if colours == ErrorColours::Signed { (-FULL, FULL) } else { (0.0, FULL) };
     let (steps, step) = (64, 5);
     let mut text = String::new();
     for i in 0..steps {
         let error = from + (to - from) * (f64::from(i) + 0.5) / f64::from(steps);
-        let [r, g, b] = palette.colour((128.0 + 127.0 * error).round() as u8);
+        let [r, g, b] = colours.colour((128.0 + 127.0 * error).round() as u8);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
@@ -101,9 +101,9 @@ fn bar(palette: Palette, y: u32) -> String {
         );
     }
     let end = GAP as i32 + steps * step;
-    let (left, right) = match palette {
-        Palette::Signed => ("-0.5 and less: light leaks", "0.5 and more: too dark"),
-        Palette::Magnitude => ("0", "0.5 and more"),
+    let (left, right) = match colours {
+        ErrorColours::Signed => ("-0.5 and less: light leaks", "0.5 and more: too dark"),
+        ErrorColours::Magnitude => ("0", "0.5 and more"),
     };
     let _ = writeln!(
         text,
@@ -118,17 +118,17 @@ fn bar(palette: Palette, y: u32) -> String {
 }
 
 /// A recorded map with its greys replaced by colours, as a PNG with a palette.
-fn coloured(path: &Path, palette: Palette) -> Result<Vec<u8>, ReportError> {
+fn coloured(path: &Path, colours: ErrorColours) -> Result<Vec<u8>, ReportError> {
     let input =
         |reason: String| ReportError::Records(EvaluationError::Input { path: path.to_owned(), reason });
     let bytes = std::fs::read(path).map_err(|error| input(error.to_string()))?;
     let image = image::load_from_memory(&bytes).map_err(|error| input(error.to_string()))?.into_luma8();
-    let colours: Vec<u8> = (0..=255).flat_map(|grey| palette.colour(grey)).collect();
+    let palette: Vec<u8> = (0..=255).flat_map(|grey| colours.colour(grey)).collect();
     let mut out = Vec::new();
     let mut encoder = png::Encoder::new(&mut out, image.width(), image.height());
     encoder.set_color(png::ColorType::Indexed);
     encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_palette(colours);
+    encoder.set_palette(palette);
     encoder.set_compression(png::Compression::High);
     let mut writer = encoder.write_header().map_err(|error| input(error.to_string()))?;
     writer.write_image_data(image.as_raw()).map_err(|error| input(error.to_string()))?;
@@ -142,13 +142,13 @@ mod tests {
 
     #[test]
     fn no_error_is_white_and_signs_differ() {
-        for palette in [Palette::Magnitude, Palette::Signed] {
-            assert_eq!(palette.colour(128), [255; 3]);
+        for colours in [ErrorColours::Magnitude, ErrorColours::Signed] {
+            assert_eq!(colours.colour(128), [255; 3]);
         }
-        let [r, _, b] = Palette::Signed.colour(0);
+        let [r, _, b] = ErrorColours::Signed.colour(0);
         assert!(b > r);
-        let [r, _, b] = Palette::Signed.colour(255);
+        let [r, _, b] = ErrorColours::Signed.colour(255);
         assert!(r > b);
-        assert_eq!(Palette::Magnitude.colour(1), Palette::Magnitude.colour(255));
+        assert_eq!(ErrorColours::Magnitude.colour(1), ErrorColours::Magnitude.colour(255));
     }
 }

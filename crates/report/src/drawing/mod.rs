@@ -13,7 +13,7 @@ pub(crate) use canvas::{
     Area, Drawn, F_STROKE, FINE, LEGEND_ROW, Stroke, anchored, font, legend, line, mesh, power_of_ten, svg,
 };
 pub(crate) use chart::{Arrow, Chart, Curve, DEPTH_LABEL, INTENSITY_LABEL};
-pub(crate) use error_sheet::{Palette, sheet};
+pub(crate) use error_sheet::{ErrorColours, error_sheet};
 pub(crate) use hover::{around, escaped, grid, spot};
 pub(crate) use kernel::{TITLE, WIDTH, beside_charts, draw_title};
 pub(crate) use palette::{

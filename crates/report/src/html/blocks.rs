@@ -2,10 +2,10 @@
 
 use crate::drawing::escaped;
 use crate::error::ReportError;
-use crate::page::{Block, Columns, Drawing, Explorer, RecordedPicture, Span, Table, Text};
+use crate::page::{Block, Columns, Drawing, Explorer, RecordedPicture, Span, Table, Text, json};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use evaluation::RunDirectory;
+use evaluation::{PICTURE_GAP, RunDirectory};
 use pulldown_cmark::Parser;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -96,15 +96,10 @@ struct Source {
 fn comparer(columns: &Columns, sources: &[Source]) -> String {
     let [width, height] = columns.size;
     format!(
-        "<div class=\"comparer\" data-width=\"{width}\" data-height=\"{height}\" data-names=\"{}\" data-pictures=\"{}\"></div>\n",
+        "<div class=\"comparer\" data-width=\"{width}\" data-height=\"{height}\" data-gap=\"{PICTURE_GAP}\" data-names=\"{}\" data-pictures=\"{}\"></div>\n",
         escaped(&json(&columns.techniques)),
         escaped(&json(sources))
     )
-}
-
-/// As JSON, which words and numbers always have.
-pub(crate) fn json<T: Serialize + ?Sized>(value: &T) -> String {
-    serde_json::to_string(value).unwrap_or_default()
 }
 
 /// A recorded PNG as an address.

@@ -7,7 +7,6 @@ use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::kinds;
 use crate::page::{Page, Table, Text, code, row};
-pub(crate) use blocks::json;
 use blocks::{block, explorer, table};
 use std::fmt::Write as _;
 
@@ -48,7 +47,7 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
          <header><h1>Filterable shadow maps, measured</h1>\n<nav aria-label=\"experiments\"><ul>\n<li><a href=\"#answers\">answers</a></li>\n<li><a href=\"#papers\">the papers</a></li>\n{links}\
          <li><a href=\"#origins\">origins</a></li>\n</ul></nav></header>\n<main>\n\
          <section id=\"answers\">\n<h2>Answers</h2>\n{answers}</section>\n\
-         <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}<section id=\"origins\">\n<h2>Where the numbers come from</h2>\n{origins}</section>\n</main>\n<script>\n{shared}{SCRIPT}</script>\n</body>\n</html>\n"
+         <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}<section id=\"origins\">\n<h2>Where the numbers come from</h2>\n{origins}</section>\n</main>\n<script>\n\"use strict\";\n{shared}{SCRIPT}</script>\n</body>\n</html>\n"
     ))
 }
 

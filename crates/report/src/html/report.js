@@ -1,5 +1,3 @@
-"use strict";
-
 // Tables: click a heading to sort, type to filter.
 for (const holder of document.querySelectorAll(".table")) {
   const table = holder.querySelector("table");
@@ -52,7 +50,7 @@ for (const comparer of document.querySelectorAll(".comparer")) {
   const [width, height] = [Number(comparer.dataset.width), Number(comparer.dataset.height)];
   const names = JSON.parse(comparer.dataset.names);
   const pictures = JSON.parse(comparer.dataset.pictures);
-  const GAP = 6;
+  const gap = Number(comparer.dataset.gap);
   let image = pictures.length ? new Image() : comparer.previousElementSibling.querySelector("img");
   const canvas = document.createElement("canvas");
   canvas.width = width;
@@ -92,7 +90,7 @@ for (const comparer of document.querySelectorAll(".comparer")) {
     const seam = Math.round(width * Number(slider.value) / 100);
     const column = (index, from, to) => {
       if (to <= from) return;
-      const source = index * (width + GAP) + left + from / scale;
+      const source = index * (width + gap) + left + from / scale;
       context.drawImage(image, source, top, (to - from) / scale, h, from, 0, to - from, height);
     };
     context.imageSmoothingEnabled = false;
@@ -202,7 +200,7 @@ for (const holder of document.querySelectorAll(".candidates")) {
   labelled("candidates of", size);
   const search = document.createElement("input");
   search.type = "search";
-  search.placeholder = "z, z^2, z^3, z^4";
+  search.placeholder = CANDIDATES.example;
   search.size = 40;
   labelled("with the functions", search);
   const output = document.createElement("output");

@@ -34,7 +34,7 @@ fn row<'a>(cells: impl IntoIterator<Item = &'a Text>) -> String {
     for cell in cells {
         // Neither may a cell end early nor a row.
         let words = inline(cell).replace('|', "\\|").replace('\n', " ");
-        line += &if words.is_empty() { " |".to_owned() } else { format!(" {words} |") };
+        line += &if cell.0.is_empty() { " |".to_owned() } else { format!(" {words} |") };
     }
     line + "\n"
 }

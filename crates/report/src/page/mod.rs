@@ -1,14 +1,16 @@
-//! The page of a run as data. [`markdown`] and [`crate::html`] are its two renderers; neither reads the other's text.
+//! The page of a run as data. [`markdown`] and `html` are its two renderers; neither reads the other's text.
 
+mod claim;
 pub(crate) mod markdown;
 mod number;
 mod table;
 mod text;
 
 use crate::error::ReportError;
-use crate::kinds::{self, Recorded};
-use evaluation::{Experiment, Provenance, RecordedFile, RunDirectory, Scale};
+pub(crate) use claim::{Claim, Measured, Missing, player, recorded};
+use evaluation::{Provenance, RecordedFile, RunDirectory};
 pub(crate) use number::{in_percent, median_of, percent};
+use serde::Serialize;
 pub(crate) use table::{Table, row};
 pub(crate) use text::{Span, Text, code};
 
@@ -19,6 +21,11 @@ pub struct Page {
     pub(crate) expectation: String,
     pub(crate) content: Content,
     pub(crate) provenance: Provenance,
+}
+
+/// As JSON, which words and numbers always have.
+pub(crate) fn json<T: Serialize + ?Sized>(value: &T) -> String {
+    serde_json::to_string(value).unwrap_or_default()
 }
 
 /// What a kind of experiment puts on its page.
@@ -32,17 +39,6 @@ pub(crate) struct Content {
     pub(crate) explorers: Vec<Explorer>,
     /// Everything below.
     pub(crate) body: Vec<Block>,
-}
-
-/// A published statement or number beside what the run says about it.
-#[derive(Clone, Debug)]
-pub(crate) struct Claim {
-    /// Paper and section.
-    pub(crate) source: &'static str,
-    pub(crate) says: String,
-    pub(crate) measured: Text,
-    /// Where the page shows it, for statements that are no numbers.
-    pub(crate) shown_by: Text,
 }
 
 /// A part of a page.
@@ -91,22 +87,6 @@ pub(crate) enum Explorer {
 }
 
 impl Page {
-    /// Reads a run's records and draws its figures.
-    ///
-    /// # Errors
-    /// [`ReportError`] for records that cannot be read or drawn.
-    pub fn new(run: &RunDirectory) -> Result<Self, ReportError> {
-        let experiment = Experiment::read(&run.path().join("experiment.toml"), Scale::Quick, None)?;
-        let provenance = run.provenance()?;
-        Ok(Self {
-            run: run.clone(),
-            question: experiment.question().to_owned(),
-            expectation: experiment.expectation().to_owned(),
-            content: kinds::content(&Recorded { run, experiment: &experiment, provenance: &provenance })?,
-            provenance,
-        })
-    }
-
     /// Everything that `msm report` writes into the run directory: figures, and the page in Markdown.
     pub fn files(&self) -> Vec<RecordedFile> {
         let drawn = self.content.body.iter().filter_map(|block| match block {
@@ -201,30 +181,6 @@ impl Page {
 impl Drawing {
     pub(crate) fn new(id: impl Into<String>, title: impl Into<String>, svg: String) -> Self {
         Self { id: id.into(), title: title.into(), svg }
-    }
-}
-
-impl Claim {
-    /// A row; nothing where the records lack what is needed.
-    pub(crate) fn new(
-        source: &'static str,
-        says: impl Into<String>,
-        measured: Option<impl Into<Text>>,
-    ) -> Option<Self> {
-        Some(Self { source, says: says.into(), measured: measured?.into(), shown_by: Text::default() })
-    }
-
-    /// Claims as a part of a page; nothing without any.
-    pub(crate) fn blocks(claims: &[Self]) -> Vec<Block> {
-        let cells = |c: &Self| row![c.source, &c.says, c.measured.clone(), c.shown_by.clone()];
-        let rows = claims.iter().map(cells);
-        if claims.iter().any(|claim| claim.shown_by != Text::default()) {
-            let table = Table::default().left(["source", "says", "measured", "shown by"]).rows(rows);
-            return Block::section(3, "What the papers say", table, None);
-        }
-        let rows = rows.map(|cells| cells.into_iter().take(3).collect());
-        let table = Table::default().left(["source", "published", "here"]).rows(rows);
-        Block::section(3, "What the papers publish", table, None)
     }
 }
 

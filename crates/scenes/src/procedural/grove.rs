@@ -2,11 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use random_stream::Random;
+
 use super::Parts;
 use super::mesh::{Point, SceneMesh, add, frame, normalized, scale};
 use crate::vector::cross;
 use crate::{AlphaMask, Camera};
-use random_stream::Random;
 
 /// Trees stand in a jittered grid of this many rows and columns.
 const GRID: usize = 4;

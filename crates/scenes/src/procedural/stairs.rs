@@ -2,11 +2,12 @@
 
 use std::f64::consts::TAU;
 
+use random_stream::Random;
+
 use super::Parts;
 use super::mesh::{Place, Point, SceneMesh, add, frame, normalized, scale};
 use crate::Camera;
 use crate::vector::cross;
-use random_stream::Random;
 
 /// Steps of each of the two flights, rise and tread in metres.
 const STEPS: usize = 16;

@@ -2,10 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use random_stream::Random;
+
 use super::Parts;
 use super::mesh::{Place, Point, SceneMesh};
 use crate::Camera;
-use random_stream::Random;
 
 /// Thickness of outer walls, metres.
 const WALL: f64 = 0.25;

@@ -3,9 +3,9 @@
 use crate::error::EvaluationError;
 use crate::experiment::kind::{RunContext, Settings};
 use crate::kernel::Kernel;
-use crate::method::{Domain, Method, Solver, method};
 use crate::run::Recorded;
 use moment_problem::Basis;
+use moment_problem::{Interval, Method, Solver, method};
 use serde::{Deserialize, Serialize};
 
 /// Largest accepted number of fragment depths.
@@ -72,7 +72,7 @@ pub struct Technique {
     pub basis: String,
     /// Admissible depths.
     #[serde(default)]
-    pub interval: Domain,
+    pub interval: Interval,
     /// The solver; without it the closed form or the exchange simplex.
     pub solver: Option<Solver>,
 }

@@ -2,6 +2,7 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::kind::{RunContext, Settings};
+use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, FilteringError, KernelSpec, Reference, SurfaceCounter, TechniqueSpec};
@@ -78,6 +79,9 @@ pub struct FilterableTiming {
 pub struct FilterableTechnique {
     /// Name in records and legends.
     pub name: String,
+    /// Part in what papers claim, unique among its like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// A filterable shadow map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<TechniqueSpec>,
@@ -116,6 +120,12 @@ pub struct Picture {
     pub techniques: Vec<String>,
 }
 
+impl Role for FilterableTechnique {
+    fn role(&self) -> Option<&str> {
+        self.role.as_deref()
+    }
+}
+
 impl Settings for FilterableExperiment {
     const KIND: &'static str = "filterable";
 
@@ -151,6 +161,7 @@ impl Settings for FilterableExperiment {
             bias.reference.check().map_err(in_key(&format!("bias[{i}].reference")))?;
             bias.technique.check().map_err(in_key(&format!("bias[{i}].technique")))?;
         }
+        check_roles(&self.technique, "technique")?;
         for (i, technique) in self.technique.iter().enumerate() {
             if self.technique[..i].iter().any(|other| other.name == technique.name) {
                 let key = format!("technique[{i}].name");

@@ -5,6 +5,7 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::maps::plain;
 use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
+use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, KernelSpec, Reference, TechniqueSpec};
@@ -191,6 +192,9 @@ pub struct PictureSetting {
 pub struct CandidateSetting {
     /// Name in records and legends, the same for all formats of a technique.
     pub name: String,
+    /// Part in what papers claim, unique among its like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// The technique; its moment bias is given by `alphas`, its storage by `format`.
     pub method: TechniqueSpec,
     /// Number format: `unorm10`, `unorm16`, `f16` or `f32`.
@@ -215,6 +219,12 @@ pub struct ComparisonSetting {
     pub name: String,
     /// The kernel at the reference's size; size 1 is the plain shadow map.
     pub kernel: KernelSpec,
+}
+
+impl Role for CandidateSetting {
+    fn role(&self) -> Option<&str> {
+        self.role.as_deref()
+    }
 }
 
 impl Settings for SpeedAccuracyExperiment {
@@ -279,6 +289,7 @@ impl Settings for SpeedAccuracyExperiment {
                 return fail("orders", format!("orders: tolerance {tolerance} is not between 0 and 1"));
             }
         }
+        check_roles(&self.candidate, "candidate")?;
         for (i, setting) in self.candidate.iter().enumerate() {
             let twin =
                 |other: &CandidateSetting| other.name == setting.name && other.format == setting.format;

@@ -252,7 +252,7 @@ impl Tables {
 
 /// The command line that prints the exact bound of an input.
 fn command(bound: MomentBound, worst: &Worst) -> String {
-    let (basis, interval) = (bound.basis_name(), bound.interval());
+    let (basis, interval) = (bound.basis_name(), bound.interval().name());
     let mut text = format!("msm bound --basis {basis} --interval {interval} --atoms ");
     for (i, (z, w)) in worst.input.atoms.iter().enumerate() {
         let comma = if i > 0 { "," } else { "" };

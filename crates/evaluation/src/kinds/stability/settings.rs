@@ -5,6 +5,7 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
 use crate::kinds::quantization::{Alphas, RangeName};
+use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::techniques::MomentBound;
@@ -147,6 +148,9 @@ pub struct Storage {
 pub struct StabilityMethod {
     /// Name in records and figures.
     pub name: String,
+    /// Part in what papers claim, unique among its like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// The bound.
     pub bound: MomentBound,
     /// The algorithm.
@@ -171,6 +175,12 @@ pub struct StabilityMethod {
 
 /// Most cells along a knob.
 const MAX_CELLS: usize = 64;
+
+impl Role for StabilityMethod {
+    fn role(&self) -> Option<&str> {
+        self.role.as_deref()
+    }
+}
 
 impl Settings for StabilityExperiment {
     const KIND: &'static str = "stability";
@@ -219,6 +229,7 @@ impl Settings for StabilityExperiment {
                 }
             }
         }
+        check_roles(&self.method, "method")?;
         for (i, method) in self.method.iter().enumerate() {
             if self.method[..i].iter().any(|other| other.name == method.name) {
                 let key = format!("method[{i}].name");

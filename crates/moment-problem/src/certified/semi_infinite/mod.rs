@@ -7,20 +7,18 @@ mod simplex;
 
 pub(crate) use certificate::Step;
 pub(crate) use finite::{Column, FiniteProgram};
-pub use prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
+pub(crate) use prepared::PreparedBasis;
 pub(crate) use simplex::{Program, Solution, minimise};
 
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::certified::bounds::{
-    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
-    sorted_support,
+    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_input, sorted_support,
 };
-use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 
 /// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
-pub const CERTIFIED_GAP: f64 = 1e-8;
+pub(crate) const CERTIFIED_GAP: f64 = 1e-8;
 
 /// The certified solver for any basis on \[0, 1\].
 ///
@@ -36,16 +34,6 @@ impl ExchangeSimplex {
     /// Prepares the basis (some milliseconds; reuse it for many moment vectors).
     pub fn new(basis: &Basis) -> Result<Self, BasisError> {
         Ok(Self { prepared: PreparedBasis::new(basis)? })
-    }
-
-    /// The prepared basis.
-    pub fn prepared(&self) -> &PreparedBasis {
-        &self.prepared
-    }
-
-    fn solve(&self, moments: &[DoubleDouble], z_f: f64, extra: &[f64]) -> Result<Bounds, MomentError> {
-        check_input(self.basis(), Interval::Unit, moments, z_f)?;
-        solve_prepared(&self.prepared, moments, z_f, extra)
     }
 }
 
@@ -95,11 +83,11 @@ impl LowerBound for ExchangeSimplex {
     }
 
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        self.solve(moments, z_f, &[])
+        self.bounds_near(moments, z_f, &[])
     }
 
-    fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
-        check_depths(z.depths(), Interval::Unit)?;
-        self.solve(&z.moments(self.basis()), z_f, z.depths())
+    fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
+        check_input(self.basis(), Interval::Unit, moments, z_f)?;
+        solve_prepared(&self.prepared, moments, z_f, depths)
     }
 }

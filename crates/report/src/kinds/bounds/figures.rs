@@ -1,6 +1,6 @@
 //! The figures of a `bounds` experiment: one chart per kernel and panel.
 
-use super::summary::Tables;
+use super::summary::BoundsTables;
 use crate::drawing::{
     Arrow, CURVE_COLOURS, Chart, Curve, DEPTH_LABEL, F_STROKE, FINE, GREEN, INTENSITY_LABEL, LEGEND_ROW,
     Stroke, TITLE, VERMILLION, WIDTH, beside_charts, draw_title, legend, svg,
@@ -14,7 +14,7 @@ use plotters::style::RGBColor;
 /// One figure as an SVG document.
 pub(crate) fn draw(
     figure: &Figure,
-    tables: &Tables,
+    tables: &BoundsTables,
     kernels: &[KernelRecord],
 ) -> Result<String, ReportError> {
     let empty = || ReportError::Empty { figure: figure.id.clone() };
@@ -36,7 +36,7 @@ pub(crate) fn draw(
 
 struct Sheet<'a> {
     figure: &'a Figure,
-    tables: &'a Tables,
+    tables: &'a BoundsTables,
     panels: Vec<&'a str>,
     distributions: Vec<DepthDistribution>,
 }

@@ -4,17 +4,17 @@ mod figures;
 mod summary;
 mod tables;
 
-use super::{KindPage, Recorded};
+use super::{KindPage, Reported};
 use crate::error::ReportError;
 use crate::page::{Block, Content, Drawing};
 use evaluation::{BoundsExperiment, KernelRecord};
 
 pub(super) const PAGE: KindPage = KindPage { name: "bounds", content, script: String::new };
 
-fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let bounds: &BoundsExperiment = recorded.settings()?;
-    let tables = summary::Tables::read(recorded.run)?;
-    let kernels: Vec<KernelRecord> = recorded.run.rows("kernels.csv")?;
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let bounds: &BoundsExperiment = reported.settings()?;
+    let tables = summary::BoundsTables::read(reported.run)?;
+    let kernels: Vec<KernelRecord> = reported.run.rows("kernels.csv")?;
     let draw = |figure| figures::draw(figure, &tables, &kernels);
     let rows = tables.summary(bounds);
     let mut body = Vec::new();

@@ -23,12 +23,12 @@ pub(crate) struct Row {
 }
 
 /// The recorded tables of a run.
-pub(crate) struct Tables {
+pub(crate) struct BoundsTables {
     pub(crate) records: Vec<BoundsRecord>,
     pub(crate) samples: Vec<BoundsSample>,
 }
 
-impl Tables {
+impl BoundsTables {
     pub(crate) fn read(run: &RunDirectory) -> Result<Self, ReportError> {
         Ok(Self { records: run.rows("records.csv")?, samples: run.rows("samples.csv")? })
     }
@@ -101,7 +101,7 @@ fn median(mut values: Vec<f64>) -> Option<f64> {
 }
 
 /// The answer to the experiment's question, one sentence per finding.
-pub(crate) fn answer(experiment: &BoundsExperiment, tables: &Tables, rows: &[Row]) -> Vec<Text> {
+pub(crate) fn answer(experiment: &BoundsExperiment, tables: &BoundsTables, rows: &[Row]) -> Vec<Text> {
     let mut sentences = Vec::new();
     for figure in &experiment.figure {
         for kernel in &figure.kernels {
@@ -215,10 +215,10 @@ mod tests {
             name: "technique".to_owned(),
             panel: "panel".to_owned(),
             basis: "power:2".to_owned(),
-            interval: evaluation::Domain::Unit,
+            interval: moment_problem::Interval::Unit,
             solver: None,
         };
-        let tables = Tables { records, samples: Vec::new() };
+        let tables = BoundsTables { records, samples: Vec::new() };
         let row = tables.row(&technique, &tables.records.iter().collect::<Vec<_>>()).unwrap();
         assert_eq!((row.failed, row.trials, row.median_time_ns), (2, 5, None));
         // Trapezoids of 0 to 0.4 and of 0.4 to 0.2, each half a unit wide.

@@ -1,21 +1,18 @@
 //! The figures of a `filterable` experiment: single kernels and sheets of error maps.
 
-use super::summary::Tables;
+use super::summary::FilterableTables;
 use crate::drawing::{
-    Arrow, CURVE_COLOURS, Chart, Curve, DEPTH_LABEL, F_STROKE, GREEN, INTENSITY_LABEL, Palette, Stroke,
-    beside_charts, sheet,
+    Arrow, CURVE_COLOURS, Chart, Curve, DEPTH_LABEL, ErrorColours, F_STROKE, GREEN, INTENSITY_LABEL, Stroke,
+    beside_charts, error_sheet,
 };
 use crate::error::ReportError;
 use crate::page::Drawing;
-use evaluation::{FilterableExperiment, KernelRecord, Picture, PictureRecord, RunDirectory, map_name};
+use evaluation::{KernelRecord, Picture, PictureRecord, RunDirectory, map_name};
 use moment_problem::DepthDistribution;
 
 /// All figures of a run.
-pub(crate) fn draw(
-    run: &RunDirectory,
-    experiment: &FilterableExperiment,
-    tables: &Tables,
-) -> Result<Vec<Drawing>, ReportError> {
+pub(crate) fn draw(run: &RunDirectory, tables: &FilterableTables<'_>) -> Result<Vec<Drawing>, ReportError> {
+    let experiment = tables.experiment;
     let mut figures = Vec::new();
     for picture in &experiment.picture {
         figures.push(kernel(tables, picture)?);
@@ -35,12 +32,12 @@ pub(crate) fn draw(
         let (error, leak) = (titled("|G - F|"), titled("G - F"));
         figures.push(Drawing {
             id: format!("error-{stem}"),
-            svg: sheet(&tiles, &error, Palette::Magnitude)?,
+            svg: error_sheet(&tiles, &error, ErrorColours::Magnitude)?,
             title: error,
         });
         figures.push(Drawing {
             id: format!("leak-{stem}"),
-            svg: sheet(&tiles, &leak, Palette::Signed)?,
+            svg: error_sheet(&tiles, &leak, ErrorColours::Signed)?,
             title: leak,
         });
     }
@@ -48,7 +45,7 @@ pub(crate) fn draw(
 }
 
 /// F and the techniques over all fragment depths, beside the kernel (MSM15 Figure 2).
-fn kernel(tables: &Tables, picture: &Picture) -> Result<Drawing, ReportError> {
+fn kernel(tables: &FilterableTables<'_>, picture: &Picture) -> Result<Drawing, ReportError> {
     const CHART: u32 = 420;
     let empty = || ReportError::Empty { figure: picture.id.clone() };
     let taps: Vec<&PictureRecord> = tables.kernels.iter().filter(|r| r.picture == picture.id).collect();

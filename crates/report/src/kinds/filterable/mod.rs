@@ -6,18 +6,16 @@ mod order;
 mod summary;
 mod tables;
 
-use super::{KindPage, Recorded};
+use super::{KindPage, Reported};
 use crate::error::ReportError;
 use crate::page::{Block, Content};
-use evaluation::FilterableExperiment;
 
 pub(super) const PAGE: KindPage = KindPage { name: "filterable", content, script: String::new };
 
-fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let experiment: &FilterableExperiment = recorded.settings()?;
-    let tables = summary::Tables::read(recorded.run, experiment)?;
-    let figures = figures::draw(recorded.run, experiment, &tables)?;
-    let claims = claims::claims(&tables, experiment);
-    let body = Block::body(&claims, figures, tables::blocks(experiment, &tables));
-    Ok(Content { answer: tables.answer(experiment), claims, body, ..Content::default() })
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let tables = summary::FilterableTables::read(reported.run, reported.settings()?)?;
+    let figures = figures::draw(reported.run, &tables)?;
+    let claims = claims::claims(&tables);
+    let body = Block::body(&claims, figures, tables::blocks(&tables));
+    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
 }

@@ -1,6 +1,6 @@
 //! The order of techniques that the papers claim, checked in every view.
 
-use super::summary::Tables;
+use super::summary::FilterableTables;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, in_percent, row};
 use evaluation::{FilterableExperiment, FilterableRecord, FilterableTechnique, TechniqueSpec};
@@ -27,7 +27,8 @@ fn group(experiment: &FilterableExperiment, technique: &FilterableTechnique) -> 
 }
 
 /// A row for each view, scene and all: the exceptions from the order, by error and by leak.
-pub(crate) fn blocks(experiment: &FilterableExperiment, tables: &Tables) -> Vec<Block> {
+pub(crate) fn blocks(tables: &FilterableTables<'_>) -> Vec<Block> {
+    let experiment = tables.experiment;
     let members: Vec<(usize, &str)> = experiment
         .technique
         .iter()

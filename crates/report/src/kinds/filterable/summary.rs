@@ -5,11 +5,12 @@ use crate::kinds::rows::rows_if_there;
 use crate::page::{Text, percent};
 use evaluation::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample, PictureRecord,
-    RunDirectory, ViewRecord,
+    RunDirectory, ViewRecord, with_role,
 };
 
-/// The recorded tables of a run.
-pub(crate) struct Tables {
+/// The recorded tables of a run, with its experiment.
+pub(crate) struct FilterableTables<'a> {
+    pub(crate) experiment: &'a FilterableExperiment,
     pub(crate) records: Vec<FilterableRecord>,
     pub(crate) views: Vec<ViewRecord>,
     pub(crate) samples: Vec<FilterableSample>,
@@ -26,10 +27,14 @@ pub(crate) struct Agreement {
     pub(crate) failed: usize,
 }
 
-impl Tables {
-    pub(crate) fn read(run: &RunDirectory, experiment: &FilterableExperiment) -> Result<Self, ReportError> {
+impl<'a> FilterableTables<'a> {
+    pub(crate) fn read(
+        run: &RunDirectory,
+        experiment: &'a FilterableExperiment,
+    ) -> Result<Self, ReportError> {
         let pictures = !experiment.picture.is_empty();
         Ok(Self {
+            experiment,
             records: run.rows("records.csv")?,
             views: run.rows("views.csv")?,
             samples: run.rows("samples.csv")?,
@@ -66,11 +71,8 @@ impl Tables {
     }
 
     /// The bias of least error of a technique, among those that share the first one's reference.
-    pub(crate) fn best(
-        &self,
-        experiment: &FilterableExperiment,
-        technique: &str,
-    ) -> Option<&FilterableRecord> {
+    pub(crate) fn best(&self, technique: &str) -> Option<&FilterableRecord> {
+        let experiment = self.experiment;
         let same = |bias: usize| {
             experiment.bias.get(bias).is_some_and(|b| b.reference == experiment.bias[0].reference)
         };
@@ -109,7 +111,7 @@ impl Tables {
     }
 
     /// The answer to the experiment's question.
-    pub(crate) fn answer(&self, experiment: &FilterableExperiment) -> Vec<Text> {
+    pub(crate) fn answer(&self) -> Vec<Text> {
         let mut sentences: Vec<String> = Vec::new();
         let order = |rows: &mut dyn Iterator<Item = (String, f64)>| -> String {
             let entries: Vec<String> =
@@ -129,17 +131,17 @@ impl Tables {
         let only_compared = !pooled.is_empty() && pooled.iter().all(is_compared);
         if only_compared {
             sentences.extend(against_program.clone());
-        } else if let Some(sentence) = self.over_references(experiment, &pooled) {
+        } else if let Some(sentence) = self.over_references(&pooled) {
             sentences.push(sentence);
         } else {
-            sentences.extend(headline(&pooled));
+            sentences.extend(self.headline(&pooled));
         }
         let mut rows = pooled.iter().map(|r| (r.technique.clone(), r.l1_error));
         sentences.push(format!("In order of mean |G - F| over all views: {}.", order(&mut rows)));
-        if experiment.bias.len() > 1 {
+        if self.experiment.bias.len() > 1 {
             let mut best: Vec<(String, f64)> = pooled
                 .iter()
-                .filter_map(|r| Some((r.technique.clone(), self.best(experiment, &r.technique)?.l1_error)))
+                .filter_map(|r| Some((r.technique.clone(), self.best(&r.technique)?.l1_error)))
                 .collect();
             best.sort_by(|a, b| a.1.total_cmp(&b.1));
             sentences.push(format!(
@@ -164,16 +166,13 @@ impl Tables {
     }
 
     /// How the closest technique's error moves with the bias of the reference, where that is what varies.
-    fn over_references(
-        &self,
-        experiment: &FilterableExperiment,
-        rows: &[&FilterableRecord],
-    ) -> Option<String> {
+    fn over_references(&self, rows: &[&FilterableRecord]) -> Option<String> {
+        let experiment = self.experiment;
         let first = experiment.bias.first()?;
         if experiment.bias.iter().all(|bias| bias.reference == first.reference) {
             return None;
         }
-        let name = &rows.iter().find(|r| r.technique == "Hamburger 4").or(rows.first())?.technique;
+        let name = &self.playing("four moments", rows).or(rows.first().copied())?.technique;
         let alike = experiment.bias.iter().enumerate().filter(|(_, bias)| bias.technique == first.technique);
         let errors: Vec<String> = alike
             .filter_map(|(i, bias)| {
@@ -186,22 +185,31 @@ impl Tables {
             errors.join(", ")
         ))
     }
-}
 
-/// The closest of those that can be filtered, and what everybody asks for; `rows` by error.
-fn headline(rows: &[&FilterableRecord]) -> Option<String> {
-    let cannot = |name: &str| name.starts_with("PCF") || name == "shadow map" || name.starts_with("LP ");
-    let best = rows.iter().find(|r| !cannot(&r.technique))?;
-    let known = |name: &str| rows.iter().find(|r| r.technique == name && r.technique != best.technique);
-    let others: Vec<String> = ["Hamburger 4", "VSM", "PCF 9x9"]
-        .iter()
-        .filter_map(|name| known(name))
-        .map(|r| format!("{} by {}", r.technique, percent(r.l1_error, 2)))
-        .collect();
-    let besides = if others.is_empty() { String::new() } else { format!("; {}", others.join(", ")) };
-    let error = percent(best.l1_error, 2);
-    Some(format!(
-        "The filterable shadow map closest to percentage-closer filtering is {}, which errs by {error}{besides}.",
-        best.technique
-    ))
+    /// The row of the technique with this role.
+    fn playing<'r>(&self, role: &str, rows: &[&'r FilterableRecord]) -> Option<&'r FilterableRecord> {
+        let player = with_role(&self.experiment.technique, role)?;
+        rows.iter().find(|r| r.technique == player.name).copied()
+    }
+
+    /// The closest of those that can be filtered, and what everybody asks for; `rows` by error.
+    fn headline(&self, rows: &[&FilterableRecord]) -> Option<String> {
+        let can_be_filtered = |r: &&&FilterableRecord| {
+            let of = self.experiment.technique.iter().find(|technique| technique.name == r.technique);
+            of.is_some_and(|technique| technique.comparison.is_none() && !technique.is_certified())
+        };
+        let best = rows.iter().find(can_be_filtered)?;
+        let others: Vec<String> = ["four moments", "VSM", "PCF"]
+            .iter()
+            .filter_map(|role| self.playing(role, rows))
+            .filter(|r| r.technique != best.technique)
+            .map(|r| format!("{} by {}", r.technique, percent(r.l1_error, 2)))
+            .collect();
+        let besides = if others.is_empty() { String::new() } else { format!("; {}", others.join(", ")) };
+        let error = percent(best.l1_error, 2);
+        Some(format!(
+            "The filterable shadow map closest to percentage-closer filtering is {}, which errs by {error}{besides}.",
+            best.technique
+        ))
+    }
 }

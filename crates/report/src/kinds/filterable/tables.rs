@@ -1,18 +1,18 @@
 //! The tables of a `filterable` experiment, each with a note on how to read it.
 
 use super::order;
-use super::summary::{Agreement, Tables};
+use super::summary::{Agreement, FilterableTables};
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, in_percent, row};
-use evaluation::{DepthBias, FilterableExperiment, FilterableRecord, ViewRecord};
+use evaluation::{DepthBias, FilterableRecord, ViewRecord};
 
-pub(crate) fn blocks(experiment: &FilterableExperiment, tables: &Tables) -> Vec<Block> {
+pub(crate) fn blocks(tables: &FilterableTables<'_>) -> Vec<Block> {
     [
         errors(tables),
-        order::blocks(experiment, tables),
+        order::blocks(tables),
         by_class(tables),
         by_view(tables),
-        by_bias(experiment, tables),
+        by_bias(tables),
         agreement(tables),
         cost(tables),
         views(tables),
@@ -28,7 +28,7 @@ fn l1_error(record: &FilterableRecord) -> String {
     percent(record.l1_error)
 }
 
-fn errors(tables: &Tables) -> Vec<Block> {
+fn errors(tables: &FilterableTables<'_>) -> Vec<Block> {
     let cells = |r: &FilterableRecord| {
         row![
             &r.technique,
@@ -61,7 +61,7 @@ fn errors(tables: &Tables) -> Vec<Block> {
 
 const CLASSES: [&str; 4] = ["1", "2", "3", "4+"];
 
-fn by_class(tables: &Tables) -> Vec<Block> {
+fn by_class(tables: &FilterableTables<'_>) -> Vec<Block> {
     let pooled = tables.pooled(0);
     let Some(most) = pooled.iter().max_by_key(|r| r.fragments) else { return Vec::new() };
     let of = |technique: &str, class: &str| tables.row(("all", "all"), technique, 0, class);
@@ -91,7 +91,7 @@ fn by_class(tables: &Tables) -> Vec<Block> {
     Block::section(2, "Depth complexity", table, Some(note))
 }
 
-fn by_view(tables: &Tables) -> Vec<Block> {
+fn by_view(tables: &FilterableTables<'_>) -> Vec<Block> {
     if tables.views.len() < 2 {
         return Vec::new();
     }
@@ -109,7 +109,8 @@ fn by_view(tables: &Tables) -> Vec<Block> {
     Block::section(2, "L1 error by view, in percent", table, None)
 }
 
-fn by_bias(experiment: &FilterableExperiment, tables: &Tables) -> Vec<Block> {
+fn by_bias(tables: &FilterableTables<'_>) -> Vec<Block> {
+    let experiment = tables.experiment;
     if experiment.bias.len() < 2 {
         return Vec::new();
     }
@@ -131,7 +132,7 @@ fn by_bias(experiment: &FilterableExperiment, tables: &Tables) -> Vec<Block> {
     Block::section(2, "L1 error by depth bias, in percent", table, Some(note))
 }
 
-fn agreement(tables: &Tables) -> Vec<Block> {
+fn agreement(tables: &FilterableTables<'_>) -> Vec<Block> {
     let cells = |a: Agreement| row![a.technique, a.fragments, format!("{:.1e}", a.largest), a.failed];
     let table = Table::default()
         .left(["closed form"])
@@ -140,7 +141,7 @@ fn agreement(tables: &Tables) -> Vec<Block> {
     Block::section(2, "Closed forms against the certified linear program", table, None)
 }
 
-fn cost(tables: &Tables) -> Vec<Block> {
+fn cost(tables: &FilterableTables<'_>) -> Vec<Block> {
     let rows = tables.pooled(0).into_iter().filter_map(|r| {
         let time = |stage| tables.least_time(&r.technique, stage).map(|ns| format!("{ns:.0}"));
         let shade = time("shade")?;
@@ -154,7 +155,7 @@ fn cost(tables: &Tables) -> Vec<Block> {
     Block::section(2, "Time on one core", table, Some(note))
 }
 
-fn views(tables: &Tables) -> Vec<Block> {
+fn views(tables: &FilterableTables<'_>) -> Vec<Block> {
     let cells = |v: &ViewRecord| {
         row![
             format!("{} {}", v.scene, v.view),

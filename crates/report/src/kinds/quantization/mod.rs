@@ -5,14 +5,14 @@ mod figures;
 mod summary;
 mod tables;
 
-use super::{KindPage, Recorded};
+use super::{KindPage, Reported};
 use crate::error::ReportError;
 use crate::page::{Block, Content};
 
 pub(super) const PAGE: KindPage = KindPage { name: "quantization", content, script: String::new };
 
-fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let tables = summary::QuantizationTables::read(recorded.run)?;
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let tables = summary::QuantizationTables::read(reported.run)?;
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
     Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })

@@ -1,13 +1,11 @@
 //! All candidates of a search, for readers to look up.
 
-use super::summary::SearchTables;
+use super::summary::{POWER_4, SearchTables};
 use crate::drawing::{SKY_BLUE, VERMILLION, css};
 use crate::error::ReportError;
-use crate::html::json;
-use crate::page::Explorer;
+use crate::page::{Explorer, json};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
-use evaluation::SearchExperiment;
 use serde::Serialize;
 
 /// Unit of the errors that the page holds.
@@ -31,18 +29,16 @@ struct CandidatesOfSize {
 /// What the script shares with the histogram.
 pub(super) fn script() -> String {
     format!(
-        "const CANDIDATES = {{ unit: {UNIT:e}, all: \"{}\", chosen: \"{}\" }};\n",
+        "const CANDIDATES = {{ unit: {UNIT:e}, all: \"{}\", chosen: \"{}\", example: \"{POWER_4}\" }};\n",
         css(SKY_BLUE),
         css(VERMILLION)
     )
 }
 
 /// Nothing for a family of more functions than a byte can name.
-pub(super) fn candidates(
-    experiment: &SearchExperiment,
-    tables: &SearchTables,
-) -> Result<Option<Explorer>, ReportError> {
-    let mut functions: Vec<String> = experiment.functions()?.iter().map(|f| f.name().to_owned()).collect();
+pub(super) fn candidates(tables: &SearchTables<'_>) -> Result<Option<Explorer>, ReportError> {
+    let mut functions: Vec<String> =
+        tables.experiment.functions()?.iter().map(|f| f.name().to_owned()).collect();
     let mut sizes: Vec<(usize, Vec<u8>)> = Vec::new();
     for record in tables.records.iter().filter(|r| r.fragments > 0) {
         let place = sizes.iter().position(|(m, _)| *m == record.m).unwrap_or_else(|| {

@@ -1,6 +1,6 @@
 //! Histograms of a candidate search (MSM15 Figure 4).
 
-use super::summary::{Reference, SearchTables};
+use super::summary::{Landmark, SearchTables};
 use crate::drawing::{
     Area, BLACK, BLUE, Drawn, FINE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, anchored, mesh, spot, svg,
 };
@@ -17,8 +17,8 @@ const PANEL: u32 = 230;
 const NAMES: u32 = 96;
 
 /// All figures of a run.
-pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<Drawing>, ReportError> {
-    let references = tables.references();
+pub(crate) fn draw(tables: &SearchTables<'_>) -> Result<Vec<Drawing>, ReportError> {
+    let references = tables.landmarks();
     let marked = references.iter().map(|reference| reference.error).fold(0.01, f64::max);
     let m = tables.main_order();
     let main = svg("histogram", (820, PANEL + NAMES + 60), |root| {
@@ -38,13 +38,13 @@ pub(crate) fn draw(tables: &SearchTables) -> Result<Vec<Drawing>, ReportError> {
 }
 
 /// Error that a share of the candidates of one size does not exceed.
-fn share(tables: &SearchTables, m: usize, share: f64) -> f64 {
+fn share(tables: &SearchTables<'_>, m: usize, share: f64) -> f64 {
     let all = tables.of(m);
     let place = (share * all.len() as f64) as usize;
     all.get(place.min(all.len().saturating_sub(1))).map_or(0.0, |record| record.l1_error)
 }
 
-fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references: &[Reference]) -> Drawn {
+fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, references: &[Landmark]) -> Drawn {
     let errors: Vec<f64> = tables.of(m).iter().map(|record| record.l1_error).collect();
     let mut counts = vec![0usize; BINS];
     for error in errors.iter().filter(|error| **error < end) {
@@ -80,7 +80,7 @@ fn panel(area: &Area<'_>, tables: &SearchTables, m: usize, end: f64, references:
         spot([corner(left, 1.06 * most), corner(right, 0.0)], &label);
     }
     let colours = [BLACK, VERMILLION, PURPLE, BLUE, GREEN, ORANGE];
-    let mut sorted: Vec<&Reference> = references.iter().collect();
+    let mut sorted: Vec<&Landmark> = references.iter().collect();
     sorted.sort_by(|a, b| a.error.total_cmp(&b.error));
     for (i, (reference, colour)) in sorted.iter().zip(colours.iter().cycle()).enumerate() {
         let line = [(reference.error, 0.0), (reference.error, 1.06 * most)];

@@ -6,18 +6,16 @@ mod figures;
 mod summary;
 mod tables;
 
-use super::{KindPage, Recorded};
+use super::{KindPage, Reported};
 use crate::error::ReportError;
 use crate::page::{Block, Content};
-use evaluation::SearchExperiment;
 
 pub(super) const PAGE: KindPage = KindPage { name: "search", content, script: explorer::script };
 
-fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let experiment: &SearchExperiment = recorded.settings()?;
-    let tables = summary::SearchTables::read(recorded.run)?;
-    let claims = claims::claims(&tables, experiment, recorded.provenance);
-    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(experiment, &tables));
-    let explorers = explorer::candidates(experiment, &tables)?.into_iter().collect();
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let tables = summary::SearchTables::read(reported.run, reported.settings()?)?;
+    let claims = claims::claims(&tables, reported.provenance);
+    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
+    let explorers = explorer::candidates(&tables)?.into_iter().collect();
     Ok(Content { answer: tables.answer(), claims, explorers, body })
 }

@@ -3,23 +3,28 @@
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
 use crate::page::{Text, in_percent, percent};
-use evaluation::{MarkRecord, RunDirectory, SearchRecord, SearchSample, SearchViewRecord, StageRecord};
+use evaluation::{
+    MarkRecord, RunDirectory, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchSample,
+    SearchViewRecord, StageRecord, with_role,
+};
 
 /// Names of the marked candidates in the family's order.
-const POWER_4: &str = "z, z^2, z^3, z^4";
-const TRIGONOMETRIC_4: &str = "sin(2pi z), cos(2pi z), sin(4pi z), cos(4pi z)";
+pub(super) const POWER_4: &str = "z, z^2, z^3, z^4";
+pub(super) const TRIGONOMETRIC_4: &str = "sin(2pi z), cos(2pi z), sin(4pi z), cos(4pi z)";
 
-/// The recorded tables of a run.
-pub(crate) struct SearchTables {
+/// The recorded tables of a run, with its experiment.
+pub(crate) struct SearchTables<'a> {
+    pub(crate) experiment: &'a SearchExperiment,
     pub(crate) records: Vec<SearchRecord>,
     pub(crate) stages: Vec<StageRecord>,
     pub(crate) marks: Vec<MarkRecord>,
     pub(crate) views: Vec<SearchViewRecord>,
+    pub(crate) agreement: Vec<SearchAgreementRecord>,
     pub(crate) samples: Vec<SearchSample>,
 }
 
 /// A point of reference in the histogram.
-pub(crate) struct Reference {
+pub(crate) struct Landmark {
     pub(crate) name: String,
     pub(crate) error: f64,
 }
@@ -33,13 +38,15 @@ pub(crate) struct Speed {
     pub(crate) microlp_programs: usize,
 }
 
-impl SearchTables {
-    pub(crate) fn read(run: &RunDirectory) -> Result<Self, ReportError> {
+impl<'a> SearchTables<'a> {
+    pub(crate) fn read(run: &RunDirectory, experiment: &'a SearchExperiment) -> Result<Self, ReportError> {
         Ok(Self {
+            experiment,
             records: run.rows("records.csv")?,
             stages: run.rows("stages.csv")?,
             marks: run.rows("marks.csv")?,
             views: run.rows("views.csv")?,
+            agreement: run.rows("agreement.csv")?,
             samples: run.rows("samples.csv")?,
         })
     }
@@ -67,6 +74,12 @@ impl SearchTables {
         self.records.iter().find(|record| record.basis == basis && record.fragments > 0)
     }
 
+    /// The closed form with this role.
+    fn mark(&self, role: &str) -> Option<&MarkRecord> {
+        let player = with_role(&self.experiment.mark, role)?;
+        self.marks.iter().find(|mark| mark.technique == player.name)
+    }
+
     pub(crate) fn power(&self) -> Option<&SearchRecord> {
         self.find(POWER_4)
     }
@@ -77,15 +90,13 @@ impl SearchTables {
 
     /// What the histogram annotates (MSM15 Figure 4): PCF, closed forms on the moved depths, and both four-moment
     /// candidates.
-    pub(crate) fn references(&self) -> Vec<Reference> {
-        let mut references = vec![Reference { name: "PCF".to_owned(), error: 0.0 }];
-        for mark in &self.marks {
-            if mark.technique == "VSM" || mark.technique.starts_with("ESM") {
-                references.push(Reference { name: mark.technique.clone(), error: mark.moved_l1_error });
-            }
+    pub(crate) fn landmarks(&self) -> Vec<Landmark> {
+        let mut references = vec![Landmark { name: "PCF".to_owned(), error: 0.0 }];
+        for mark in ["VSM", "ESM"].iter().filter_map(|role| self.mark(role)) {
+            references.push(Landmark { name: mark.technique.clone(), error: mark.moved_l1_error });
         }
         for (name, record) in [("power 4", self.power()), ("trigonometric 4", self.trigonometric())] {
-            references.extend(record.map(|r| Reference { name: name.to_owned(), error: r.l1_error }));
+            references.extend(record.map(|r| Landmark { name: name.to_owned(), error: r.l1_error }));
         }
         references
     }
@@ -139,7 +150,7 @@ impl SearchTables {
                  power moments."
             ).into());
         }
-        if let Some(vsm) = self.marks.iter().find(|mark| mark.technique == "VSM") {
+        if let Some(vsm) = self.mark("VSM") {
             let beaten = all.iter().filter(|r| r.l1_error < vsm.moved_l1_error).count();
             let share = beaten as f64 / all.len().max(1) as f64;
             sentences.push(format!("{} of all candidates beat VSM.", percent(share, 1)).into());

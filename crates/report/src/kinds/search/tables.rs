@@ -3,21 +3,13 @@
 use super::summary::{SearchTables, Speed, error, within};
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, code, percent, row};
-use evaluation::{MarkRecord, SearchExperiment, SearchRecord, StageRecord};
+use evaluation::{MarkRecord, SearchRecord, StageRecord};
 
 /// Rows of the table of the best.
 const BEST: usize = 50;
 
-pub(crate) fn blocks(experiment: &SearchExperiment, tables: &SearchTables) -> Vec<Block> {
-    [
-        best(tables),
-        classes(tables),
-        sizes(tables),
-        marks(experiment, tables),
-        certainty(tables),
-        speed(tables),
-    ]
-    .concat()
+pub(crate) fn blocks(tables: &SearchTables<'_>) -> Vec<Block> {
+    [best(tables), classes(tables), sizes(tables), marks(tables), certainty(tables), speed(tables)].concat()
 }
 
 fn candidates<'a>(records: impl IntoIterator<Item = &'a SearchRecord>) -> Table {
@@ -38,7 +30,7 @@ fn candidates<'a>(records: impl IntoIterator<Item = &'a SearchRecord>) -> Table 
         .rows(records.into_iter().map(cells))
 }
 
-fn best(tables: &SearchTables) -> Vec<Block> {
+fn best(tables: &SearchTables<'_>) -> Vec<Block> {
     let m = tables.main_order();
     let all = tables.of(m);
     let marked = [tables.power(), tables.trigonometric()].into_iter().flatten().filter(|r| r.rank > BEST);
@@ -51,7 +43,7 @@ fn best(tables: &SearchTables) -> Vec<Block> {
     Block::section(2, &heading, candidates(all.iter().take(BEST).copied().chain(marked)), Some(note))
 }
 
-fn classes(tables: &SearchTables) -> Vec<Block> {
+fn classes(tables: &SearchTables<'_>) -> Vec<Block> {
     let all = tables.of(tables.main_order());
     let classes = distinct(all.iter().map(|record| record.class.as_str()));
     let first = |class| all.iter().find(|record| record.class == class).copied();
@@ -60,7 +52,7 @@ fn classes(tables: &SearchTables) -> Vec<Block> {
     Block::section(2, "The best of each class", table, Some(note))
 }
 
-fn sizes(tables: &SearchTables) -> Vec<Block> {
+fn sizes(tables: &SearchTables<'_>) -> Vec<Block> {
     let rows = tables.orders().into_iter().filter_map(|m| {
         let all = tables.of(m);
         let first = all.first()?;
@@ -76,7 +68,7 @@ fn sizes(tables: &SearchTables) -> Vec<Block> {
     Block::section(2, "Number of functions", table, None)
 }
 
-fn marks(experiment: &SearchExperiment, tables: &SearchTables) -> Vec<Block> {
+fn marks(tables: &SearchTables<'_>) -> Vec<Block> {
     let cells = |m: &MarkRecord| {
         let exact = m.l1_error.zip(m.standard_error).map(|(value, deviation)| within(value, deviation));
         let change = m.l1_error.zip(m.difference_standard_error);
@@ -91,13 +83,13 @@ fn marks(experiment: &SearchExperiment, tables: &SearchTables) -> Vec<Block> {
         "Candidates are judged with every depth moved to the nearest end of {} equal cells, and their bounds are those \
          over these depths. ± is one standard error. The change shifts the level of all techniques alike and hardly their \
          differences.",
-        experiment.cells
+        tables.experiment.cells
     );
     let heading = "Closed forms on the same fragments, and what moving depths changes";
     Block::section(2, heading, table, Some(note.into()))
 }
 
-fn certainty(tables: &SearchTables) -> Vec<Block> {
+fn certainty(tables: &SearchTables<'_>) -> Vec<Block> {
     let cells =
         |s: &StageRecord| row![s.m, s.block, s.fragments, s.candidates, s.programs, s.exact, s.uncertified];
     let table = Table::default()
@@ -112,10 +104,23 @@ fn certainty(tables: &SearchTables) -> Vec<Block> {
         tables.views.len(),
         percent(active as f64 / sampled.max(1) as f64, 1)
     );
-    Block::section(2, "Linear programs", table, Some(note.into()))
+    let mut blocks = Block::section(2, "Linear programs", table, Some(note.into()));
+    if !tables.agreement.is_empty() {
+        let compared: usize = tables.agreement.iter().map(|a| a.fragments).sum();
+        let failed: usize = tables.agreement.iter().map(|a| a.failed).sum();
+        let worst = tables.agreement.iter().map(|a| a.largest_disagreement).fold(0.0, f64::max);
+        let gap = tables.agreement.iter().map(|a| a.largest_gap).fold(0.0, f64::max);
+        blocks.push(Block::paragraph(format!(
+            "The double-double simplex method, started cold, on {compared} of these programs for {} bases drawn at \
+             random: largest disagreement {worst:.1e} (it failed on {failed}), largest distance between a bound and its \
+             proof {gap:.1e}.",
+            tables.agreement.len()
+        )));
+    }
+    blocks
 }
 
-fn speed(tables: &SearchTables) -> Vec<Block> {
+fn speed(tables: &SearchTables<'_>) -> Vec<Block> {
     let cells = |s: Speed| {
         row![
             code(s.basis),

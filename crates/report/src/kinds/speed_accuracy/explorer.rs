@@ -2,11 +2,9 @@
 
 use super::figures::{FAMILIES, OTHERS, family};
 use super::summary::SpeedTables;
-use super::tables::recorded;
+use super::tables::recorded_picture;
 use crate::drawing::{BLACK, css};
-use crate::html::json;
-use crate::page::{Explorer, RecordedPicture};
-use evaluation::SpeedAccuracyExperiment;
+use crate::page::{Explorer, RecordedPicture, json};
 use plotters::style::RGBColor;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -16,7 +14,7 @@ const GREY_FOR_BLACK: RGBColor = RGBColor(136, 136, 136);
 
 /// A point of the chart of error against cost.
 #[derive(Serialize)]
-struct Point<'a> {
+struct ExplorerPoint<'a> {
     technique: &'a str,
     family: &'static str,
     format: &'a str,
@@ -37,8 +35,8 @@ pub(super) fn script() -> String {
 }
 
 /// The best of each technique, format and size over all fragments; then the pictures of all views.
-pub(super) fn explorers(experiment: &SpeedAccuracyExperiment, tables: &SpeedTables) -> Vec<Explorer> {
-    let points = tables.best().map(|r| Point {
+pub(super) fn explorers(tables: &SpeedTables<'_>) -> Vec<Explorer> {
+    let points = tables.best().map(|r| ExplorerPoint {
         technique: &r.technique,
         family: family(&r.technique).name,
         format: &r.format,
@@ -53,16 +51,16 @@ pub(super) fn explorers(experiment: &SpeedAccuracyExperiment, tables: &SpeedTabl
         data: json(&points.collect::<Vec<_>>()),
         without_script: Some("The chart below is the same without filters."),
     };
-    let pictures = tables.pictures(experiment);
+    let pictures = tables.pictures();
     let compared = pictures.first().map(|first| first.columns.clone());
     let compared = compared.map(|columns| Explorer::Pictures(columns, pictures));
     [Some(chart), compared].into_iter().flatten().collect()
 }
 
-impl SpeedTables {
+impl SpeedTables<'_> {
     /// The pictures of all views, where they were asked for.
-    pub(super) fn pictures(&self, experiment: &SpeedAccuracyExperiment) -> Vec<RecordedPicture> {
+    pub(super) fn pictures(&self) -> Vec<RecordedPicture> {
         let views = self.views.iter().map(|view| (view.scene.as_str(), view.view.as_str()));
-        experiment.pictures_of_views(views).iter().map(recorded).collect()
+        self.experiment.pictures_of_views(views).iter().map(recorded_picture).collect()
     }
 }

@@ -43,7 +43,7 @@ pub(super) fn family(technique: &str) -> &'static Family {
 }
 
 /// A technique in a chart.
-struct Mark {
+struct Marker {
     x: f64,
     /// Interval of x, where it was measured.
     x_range: Option<(f64, f64)>,
@@ -60,14 +60,14 @@ struct Mark {
 
 struct Scatter<'a> {
     x_label: &'a str,
-    marks: Vec<Mark>,
+    marks: Vec<Marker>,
     sizes: Vec<u32>,
 }
 
 /// All figures of a run.
-pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<Drawing>, ReportError> {
+pub(crate) fn draw(tables: &SpeedTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let sizes = tables.sizes();
-    let mark = |r: &SpeedAccuracyRecord, x: f64, x_range: Option<(f64, f64)>| Mark {
+    let mark = |r: &SpeedAccuracyRecord, x: f64, x_range: Option<(f64, f64)>| Marker {
         x,
         x_range,
         y: r.l1_error,
@@ -91,11 +91,11 @@ pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<Drawing>, ReportError> {
         Some(mark(r, time.median, Some((time.least, time.most))))
     });
     let time = time.collect();
-    let chart = |id, title, x_label: &str, marks: Vec<Mark>, shown: &[u32]| {
+    let chart = |id, title, x_label: &str, marks: Vec<Marker>, shown: &[u32]| {
         let scatter = Scatter { x_label, marks: with_front(marks), sizes: shown.to_vec() };
         Ok::<_, ReportError>(Drawing::new(id, title, svg(id, (860, 560), |root| scatter.draw(root))?))
     };
-    let gpu: Vec<Mark> = full
+    let gpu: Vec<Marker> = full
         .iter()
         .filter_map(|r| {
             let (least, median, most) = tables.gpu_time(&r.technique, &r.format)?;
@@ -142,8 +142,8 @@ pub(crate) fn draw(tables: &SpeedTables) -> Result<Vec<Drawing>, ReportError> {
 }
 
 /// Marks those that no other beats in both.
-fn with_front(mut marks: Vec<Mark>) -> Vec<Mark> {
-    let beaten = |a: &Mark, b: &Mark| !b.compared && b.x <= a.x && b.y <= a.y && (b.x < a.x || b.y < a.y);
+fn with_front(mut marks: Vec<Marker>) -> Vec<Marker> {
+    let beaten = |a: &Marker, b: &Marker| !b.compared && b.x <= a.x && b.y <= a.y && (b.x < a.x || b.y < a.y);
     let on: Vec<bool> = marks.iter().map(|a| !a.compared && !marks.iter().any(|b| beaten(a, b))).collect();
     marks.iter_mut().zip(on).for_each(|(mark, on)| mark.on_front = on);
     marks.sort_by(|a, b| a.x.total_cmp(&b.x));
@@ -222,12 +222,12 @@ impl Scatter<'_> {
     }
 
     /// Names of the front, each beside its mark and above the last name that it would cover.
-    fn names(&self, area: &Area<'_>, place: impl Fn(&Mark) -> (i32, i32)) -> Drawn {
+    fn names(&self, area: &Area<'_>, place: impl Fn(&Marker) -> (i32, i32)) -> Drawn {
         let (left, above) = area.get_base_pixel();
         let fine = FINE as i32;
         let width = area.dim_in_pixel().0 as i32;
         let mut taken: Vec<[i32; 4]> = Vec::new();
-        let named = |m: &&Mark| m.on_front || (m.compared && m.shape == 0);
+        let named = |m: &&Marker| m.on_front || (m.compared && m.shape == 0);
         for mark in self.marks.iter().filter(named) {
             let (x, y) = place(mark);
             let (x, y) = (x - left, y - above);

@@ -3,23 +3,23 @@
 use super::summary::SpeedTables;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, row};
-use evaluation::{FrameSample, WHOLE_FRAME};
+use evaluation::{COMPARED_FRAME, FrameSample, WHOLE_FRAME};
 use std::collections::BTreeMap;
 
 /// Sizes of a frame: map, width, height, kernel.
-type Point = (u32, u32, u32, usize);
+type FrameSizes = (u32, u32, u32, usize);
 
-fn point(sample: &FrameSample) -> Point {
+fn point(sample: &FrameSample) -> FrameSizes {
     (sample.map_size, sample.width, sample.height, sample.kernel)
 }
 
-fn name((map, width, height, kernel): Point) -> String {
+fn name((map, width, height, kernel): FrameSizes) -> String {
     format!("{map}², {width}x{height}, {kernel}x{kernel}")
 }
 
-impl SpeedTables {
+impl SpeedTables<'_> {
     /// All sizes in the order of the file; the first is the middle of all.
-    fn points(&self) -> Vec<Point> {
+    fn points(&self) -> Vec<FrameSizes> {
         distinct(self.frames.iter().map(point))
     }
 
@@ -27,7 +27,7 @@ impl SpeedTables {
     fn frame_times(
         &self,
         (technique, format): (&str, &str),
-        at: Point,
+        at: FrameSizes,
         wanted: impl Fn(&str) -> bool,
     ) -> Vec<f64> {
         let mut frames: BTreeMap<usize, f64> = BTreeMap::new();
@@ -81,7 +81,7 @@ impl SpeedTables {
         };
         let (mut faster, mut slower) = (Vec::new(), Vec::new());
         for at in self.points() {
-            let ratio = median(key, at)? / median(("PCF with receiver plane", "depth"), at)?;
+            let ratio = median(key, at)? / median((COMPARED_FRAME, "depth"), at)?;
             let name = format!("{}: {ratio:.2}", name(at));
             if ratio < 1.0 { faster.push(name) } else { slower.push(name) }
         }
@@ -102,7 +102,8 @@ impl SpeedTables {
         if gpu.device_type == "Cpu" {
             return format!("No GPU times, and no GPU axis: {} is a software driver.", gpu.adapter);
         }
-        let times = (self.gpu_time("VSM", "f32"), self.gpu_time("Hamburger 4", "unorm16"));
+        let time = |role| self.player(role).ok().and_then(|(name, format)| self.gpu_time(name, format));
+        let times = (time("VSM, 32 bits"), time("four moments, 16 bits"));
         let ratio = match times {
             (Some(vsm), Some(msm)) => format!(
                 "a frame with four moments in 16 bits takes {:.2} ms, with VSM in 32 bits {:.2} ms, {:.2} times as long",

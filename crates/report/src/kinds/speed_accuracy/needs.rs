@@ -17,13 +17,13 @@ const SHADES: [RGBColor; 5] = [
 ];
 
 /// The figure.
-pub(crate) fn needs(tables: &SpeedTables) -> Result<Drawing, ReportError> {
+pub(crate) fn needs(tables: &SpeedTables<'_>) -> Result<Drawing, ReportError> {
     let rows = tables.need_kinds().len() * (tables.scenes().len() + 1);
     let svg = svg("needs", (860, 90 + 34 * rows as u32), |root| bars(root, tables))?;
     Ok(Drawing::new("needs", "How many moments and surfaces the kernels of each scene need", svg))
 }
 
-fn bars(area: &Area<'_>, tables: &SpeedTables) -> Drawn {
+fn bars(area: &Area<'_>, tables: &SpeedTables<'_>) -> Drawn {
     let fine = FINE as i32;
     let (left, right) = (230 * fine, area.dim_in_pixel().0 as i32 - 20 * fine);
     let mut y = 14 * fine;

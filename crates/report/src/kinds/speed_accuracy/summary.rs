@@ -2,14 +2,15 @@
 
 use crate::error::ReportError;
 use crate::kinds::rows::{distinct, rows_if_there};
-use crate::page::{Text, median_of, percent};
+use crate::page::{Measured, Text, median_of, percent, player};
 use evaluation::{
     FrameSample, GpuRecord, OrderShare, RunDirectory, SpeedAccuracyExperiment, SpeedAccuracyRecord,
     SpeedSample, SpeedViewRecord,
 };
 
-/// The recorded tables of a run.
-pub(crate) struct SpeedTables {
+/// The recorded tables of a run, with its experiment.
+pub(crate) struct SpeedTables<'a> {
+    pub(crate) experiment: &'a SpeedAccuracyExperiment,
     pub(crate) records: Vec<SpeedAccuracyRecord>,
     pub(crate) orders: Vec<OrderShare>,
     pub(crate) views: Vec<SpeedViewRecord>,
@@ -28,16 +29,17 @@ pub(crate) struct Time {
     pub(crate) most: f64,
 }
 
-impl SpeedTables {
+impl<'a> SpeedTables<'a> {
     pub(crate) fn read(
         run: &RunDirectory,
-        experiment: &SpeedAccuracyExperiment,
+        experiment: &'a SpeedAccuracyExperiment,
     ) -> Result<Self, ReportError> {
         let gpu = match experiment.frames {
             Some(_) => run.rows("gpu.csv")?.into_iter().next(),
             None => None,
         };
         Ok(Self {
+            experiment,
             gpu,
             frames: rows_if_there(run, "frames.csv")?,
             records: run.rows("records.csv")?,
@@ -77,9 +79,16 @@ impl SpeedTables {
         sizes
     }
 
-    fn of(&self, technique: &str, format: &str) -> Option<&SpeedAccuracyRecord> {
-        let size = self.full_size();
-        self.best().find(|r| r.technique == technique && r.format == format && r.size == size)
+    /// Name and format of the candidate with this role.
+    pub(crate) fn player(&self, role: &'static str) -> Measured<(&'a str, &'a str)> {
+        let player = player(&self.experiment.candidate, role)?;
+        Ok((&player.name, &player.format))
+    }
+
+    /// The record of the candidate with this role on the map of this size.
+    fn of(&self, role: &'static str, size: u32) -> Option<&SpeedAccuracyRecord> {
+        let key = self.player(role).ok()?;
+        self.best().find(|r| (r.technique.as_str(), r.format.as_str()) == key && r.size == size)
     }
 
     /// The same technique in the same format and size on a part of the fragments.
@@ -163,7 +172,9 @@ impl SpeedTables {
         let share = |value| percent(value, 0);
         let percent = |value| percent(value, 2);
         let mut sentences: Vec<String> = Vec::new();
-        if let (Some(vsm), Some(msm)) = (self.of("VSM", "f32"), self.of("Hamburger 4", "unorm16")) {
+        let (full, vsm, msm) = (self.full_size(), "VSM, 32 bits", "four moments, 16 bits");
+        let vsm = self.of(vsm, full);
+        if let (Some(vsm), Some(msm)) = (vsm, self.of(msm, full)) {
             sentences.push(format!(
                 "Four moments in {} bits err by {}, variance shadow maps in {} bits by {}, at {:.2} times the modelled cost.",
                 msm.bits_per_texel,
@@ -172,17 +183,14 @@ impl SpeedTables {
                 percent(vsm.l1_error),
                 msm.cost / vsm.cost
             ));
-            if let Some(ratio) = self.ratio("Hamburger 4", "unorm16", "f32", "shade") {
+            if let Some(ratio) = self.ratio(&msm.technique, &msm.format, "f32", "shade") {
                 sentences.push(format!(
                     "On a CPU, single precision, shading with them takes {ratio:.1} times as long, and filtering {:.2} times.",
-                    self.ratio("Hamburger 4", "unorm16", "f32", "filter").unwrap_or(f64::NAN)
+                    self.ratio(&msm.technique, &msm.format, "f32", "filter").unwrap_or(f64::NAN)
                 ));
             }
         }
-        let half = self.full_size() / 2;
-        let halved =
-            self.best().find(|r| r.technique == "Hamburger 4" && r.format == "unorm16" && r.size == half);
-        if let (Some(vsm), Some(halved)) = (self.of("VSM", "f32"), halved) {
+        if let (Some(vsm), Some(halved)) = (vsm, self.of(msm, full / 2)) {
             sentences.push(format!(
                 "On a map of half the side they err by {} at {:.2} times the cost of variance shadow maps on the whole.",
                 percent(halved.l1_error),

@@ -3,22 +3,15 @@
 use super::summary::{SpeedTables, Time};
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Columns, RecordedPicture, Table, Text, percent, row};
-use evaluation::{PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord};
+use evaluation::{PictureSetting, SpeedAccuracyRecord};
 
-pub(crate) fn blocks(experiment: &SpeedAccuracyExperiment, tables: &SpeedTables) -> Vec<Block> {
-    [
-        pictures(experiment, tables),
-        front(tables),
-        techniques(tables),
-        times(tables),
-        tables.gpu_blocks(),
-        needs(tables),
-    ]
-    .concat()
+pub(crate) fn blocks(tables: &SpeedTables<'_>) -> Vec<Block> {
+    [pictures(tables), front(tables), techniques(tables), times(tables), tables.gpu_blocks(), needs(tables)]
+        .concat()
 }
 
 /// A picture with its columns.
-pub(crate) fn recorded(picture: &PictureSetting) -> RecordedPicture {
+pub(crate) fn recorded_picture(picture: &PictureSetting) -> RecordedPicture {
     let view = if picture.view.is_empty() { "first view" } else { &picture.view };
     RecordedPicture {
         id: picture.id.clone(),
@@ -27,17 +20,17 @@ pub(crate) fn recorded(picture: &PictureSetting) -> RecordedPicture {
     }
 }
 
-fn pictures(experiment: &SpeedAccuracyExperiment, tables: &SpeedTables) -> Vec<Block> {
+fn pictures(tables: &SpeedTables<'_>) -> Vec<Block> {
     let mut blocks = Vec::new();
-    let every = tables.pictures(experiment);
+    let every = tables.pictures();
     if let Some(first) = every.first() {
         let links = every.iter().map(|of| Text::default().link(&of.title, format!("{}.png", of.id)));
         let columns = first.columns.techniques.join("; ");
         let head = Text::from(format!("From every view, PCF with receiver plane, then {columns}: "));
         blocks.push(Block::Paragraph(Text::joined([head, Text::joined(links, ", "), ".".into()], "")));
     }
-    for picture in &experiment.picture {
-        let recorded = recorded(picture);
+    for picture in &tables.experiment.picture {
+        let recorded = recorded_picture(picture);
         let words = format!(
             "{}, from left to right: PCF with receiver plane; {}. Lower bounds as they are, depth bias {} texels + {} \
              slopes; below, parts of the pictures magnified.",
@@ -69,7 +62,7 @@ fn alpha(record: &SpeedAccuracyRecord) -> Option<String> {
     record.alpha.map(|alpha| format!("{alpha:e}"))
 }
 
-fn front(tables: &SpeedTables) -> Vec<Block> {
+fn front(tables: &SpeedTables<'_>) -> Vec<Block> {
     let cells = |r: &SpeedAccuracyRecord| {
         let memory = f64::from(r.size).powi(2) * r.bits_per_texel as f64 / 8.0 / f64::from(1 << 20);
         row![
@@ -114,7 +107,7 @@ fn front(tables: &SpeedTables) -> Vec<Block> {
     Block::section(3, "Nothing is cheaper and more accurate", table, Some(note))
 }
 
-fn techniques(tables: &SpeedTables) -> Vec<Block> {
+fn techniques(tables: &SpeedTables<'_>) -> Vec<Block> {
     let (scenes, sizes) = (tables.scenes(), tables.sizes());
     let l1_error = |r: Option<&SpeedAccuracyRecord>| Text::from(r.map(|r| percent(r.l1_error, 2)));
     let cells = |r: &SpeedAccuracyRecord| {
@@ -142,7 +135,7 @@ fn techniques(tables: &SpeedTables) -> Vec<Block> {
     Block::section(3, "Every technique with its own best biases", table, Some(note))
 }
 
-fn times(tables: &SpeedTables) -> Vec<Block> {
+fn times(tables: &SpeedTables<'_>) -> Vec<Block> {
     let all = tables.samples.iter();
     let keys = distinct(all.map(|s| (s.technique.as_str(), s.format.as_str(), s.precision.as_str())));
     let cells = |(technique, format, precision)| {
@@ -169,7 +162,7 @@ fn times(tables: &SpeedTables) -> Vec<Block> {
     Block::section(3, "Time on one core", table, Some(note))
 }
 
-fn needs(tables: &SpeedTables) -> Vec<Block> {
+fn needs(tables: &SpeedTables<'_>) -> Vec<Block> {
     let mut blocks = vec![Block::heading(3, "How many moments kernels need")];
     for (by, tolerance) in tables.need_kinds() {
         let what = match by {

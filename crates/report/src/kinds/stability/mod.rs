@@ -6,10 +6,9 @@ mod steps;
 mod summary;
 mod tables;
 
-use super::{KindPage, Recorded};
+use super::{KindPage, Reported};
 use crate::error::ReportError;
-use crate::html::json;
-use crate::page::{Block, Claim, Content};
+use crate::page::{Block, Claim, Content, json};
 
 pub(super) const PAGE: KindPage = KindPage { name: "stability", content, script };
 
@@ -18,8 +17,8 @@ fn script() -> String {
     format!("const CELLS = {};\n", json(&steps::meanings()))
 }
 
-fn content(recorded: &Recorded<'_>) -> Result<Content, ReportError> {
-    let tables = summary::StabilityTables::read(recorded.run, recorded.settings()?)?;
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let tables = summary::StabilityTables::read(reported.run, reported.settings()?)?;
     let claims = claims::claims(&tables);
     // What the papers say is shown by the figures.
     let figures = figures::draw(&tables)?.into_iter().map(Block::Drawing);

@@ -4,7 +4,7 @@ use crate::error::ReportError;
 use crate::page::{Text, median_of, percent};
 use evaluation::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, RunDirectory, Shape, StabilityExperiment,
-    StabilityRecord, StabilitySample, StabilityViewRecord,
+    StabilityRecord, StabilitySample, StabilityViewRecord, with_role,
 };
 
 /// The recorded tables of a run, with its experiment.
@@ -162,8 +162,13 @@ impl<'a> StabilityTables<'a> {
             ));
         }
         let violated = |r: &StabilityRecord| r.violated;
-        let alpha = |method| self.smallest_alpha(method, Inputs::Hard, violated);
-        if let (Some(plain), Some(pairs)) = (alpha("Hamburger 4, f32"), alpha("Hamburger 4, f32 in pairs")) {
+        let alpha = |role| {
+            let player = with_role(&self.experiment.method, role)?;
+            self.smallest_alpha(&player.name, Inputs::Hard, violated)
+        };
+        if let (Some(plain), Some(pairs)) =
+            (alpha("four moments, single precision"), alpha("four moments, single precision in pairs"))
+        {
             sentences.push(format!(
                 "Four moments stored in single precision need a bias of {plain:e} on hard inputs, and {pairs:e} if the \
                  bound is computed with twice the digits{}.",

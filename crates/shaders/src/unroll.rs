@@ -12,7 +12,7 @@ const MAX_LENGTH: usize = 40_000;
 /// Writes out every loop `for (var i = A; i < B; i++)` (also `<=`, `>`, `>=`, `i--`) whose bounds are constant, from the
 /// outermost to the innermost so that inner bounds may depend on outer counters. Loops with `break` or `continue`, and
 /// loops that would become too long, keep their form; the loops within them are written out.
-pub(crate) fn unroll(text: &str) -> String {
+pub fn unroll(text: &str) -> String {
     let mut constants = HashMap::new();
     for line in text.lines() {
         if let Some((name, value)) = constant(line, &constants) {

@@ -1,11 +1,11 @@
 //! `msm bound --plot`: the bounds at every fragment depth, beside those of well-known bases.
 
-use crate::bound::Input;
+use super::input::Input;
 use crate::progress::Bar;
 use ::report::{BoundChart, BoundCurve};
 use anyhow::{Context, anyhow};
-use evaluation::{Domain, Method, method, write_whole};
-use moment_problem::{Bounds, DepthDistribution};
+use evaluation::write_whole;
+use moment_problem::{Bounds, DepthDistribution, Interval, Method, method};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -21,22 +21,16 @@ const HALVINGS: usize = 6;
 
 /// Bases that every plot of known atoms shows for comparison: variance shadow mapping, moment shadow mapping without
 /// and with the knowledge that depths lie in \[0, 1\], and trigonometric moments (MSM15 section 4).
-const REFERENCES: [(&str, Domain, &str); 4] = [
-    ("power:2", Domain::Real, "power:2 on the line (VSM)"),
-    ("power:4", Domain::Real, "power:4 on the line (Hamburger)"),
-    ("power:4", Domain::Unit, "power:4 on [0, 1] (Hausdorff)"),
-    ("trig:2", Domain::Unit, "trig:2 on [0, 1]"),
+const REFERENCES: [(&str, Interval, &str); 4] = [
+    ("power:2", Interval::Real, "power:2 on the line (VSM)"),
+    ("power:4", Interval::Real, "power:4 on the line (Hamburger)"),
+    ("power:4", Interval::Unit, "power:4 on [0, 1] (Hausdorff)"),
+    ("trig:2", Interval::Unit, "trig:2 on [0, 1]"),
 ];
 
 /// Computes and writes the plot. `at_z_f` are the bounds that were asked for.
-pub fn write(
-    path: &Path,
-    input: &Input,
-    given: &Method,
-    domain: Domain,
-    z_f: f64,
-    at_z_f: &Bounds,
-) -> anyhow::Result<()> {
+pub fn write(path: &Path, input: &Input, given: &Method, z_f: f64, at_z_f: &Bounds) -> anyhow::Result<()> {
+    let domain = given.interval();
     let distribution = match input {
         Input::Atoms(z) => Some(z),
         Input::Moments(_) => None,
@@ -49,7 +43,7 @@ pub fn write(
     for (basis, interval, name) in REFERENCES.iter().filter(|_| distribution.is_some()) {
         let basis = basis.parse().context("reference basis")?;
         let shown = (&basis, *interval) == (given.basis(), domain);
-        if !shown && (*interval == Domain::Real || in_unit) {
+        if !shown && (*interval == Interval::Real || in_unit) {
             references.push((method(&basis, *interval, None).context("reference basis")?, *name));
         }
     }
@@ -79,13 +73,13 @@ pub fn write(
 /// \[0, 1\], or on the line what holds the atoms (or the support found) and z_f, with a margin.
 fn depth_range(
     distribution: Option<&DepthDistribution>,
-    domain: Domain,
+    domain: Interval,
     z_f: f64,
     at_z_f: &Bounds,
 ) -> (f64, f64) {
     let points = distribution.map_or(&at_z_f.support[..], |z| z.depths());
     let (low, high) = points.iter().fold((z_f, z_f), |(low, high), &z| (low.min(z), high.max(z)));
-    if domain == Domain::Unit || (low >= 0.0 && high <= 1.0) {
+    if domain == Interval::Unit || (low >= 0.0 && high <= 1.0) {
         return (0.0, 1.0);
     }
     let margin = if high > low { 0.25 * (high - low) } else { 0.5 };

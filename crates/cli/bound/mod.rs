@@ -1,11 +1,13 @@
 //! `msm bound`: sharp bounds for one moment vector and one fragment depth, with their proof.
 
+pub mod input;
+mod plot;
+
 use crate::outcome::{Failure, Output};
-use crate::plot;
-use anyhow::{Context, anyhow};
-use clap::{ArgGroup, ValueEnum};
-use evaluation::{Domain, Solver, method};
-use moment_problem::{Basis, Bounds, DepthDistribution, LowerBound, MomentError};
+use clap::ArgGroup;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use input::{Input, parse_basis};
+use moment_problem::{Basis, Interval, Solver, method};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -18,8 +20,8 @@ pub struct Arguments {
     #[arg(long, value_parser = parse_basis, allow_hyphen_values = true)]
     basis: Basis,
     /// Admissible depths: unit is [0, 1], real the whole line.
-    #[arg(long, value_enum, default_value = "unit")]
-    interval: IntervalName,
+    #[arg(long, default_value = Interval::Unit.name(), value_parser = interval_parser())]
+    interval: Interval,
     /// The depths in the filter kernel and their weights, as depth:weight separated by commas.
     #[arg(long, allow_hyphen_values = true)]
     atoms: Option<String>,
@@ -31,8 +33,8 @@ pub struct Arguments {
     depth: f64,
     /// lp: MSM15 Algorithm 1; fast: certified exchange simplex on [0, 1]; closed: the closed form. Without this,
     /// closed where it exists, else fast.
-    #[arg(long, value_enum)]
-    solver: Option<SolverName>,
+    #[arg(long, value_parser = solver_parser())]
+    solver: Option<Solver>,
     /// Write an SVG of the bounds at all fragment depths; with --atoms also F and, for comparison, power:2 and power:4
     /// on the line, power:4 and trig:2 on [0, 1].
     #[arg(long, value_name = "FILE.svg")]
@@ -41,91 +43,12 @@ pub struct Arguments {
     output: Output,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum IntervalName {
-    Real,
-    Unit,
+fn interval_parser() -> impl TypedValueParser<Value = Interval> {
+    PossibleValuesParser::new(Interval::ALL.map(Interval::name)).try_map(|name| name.parse::<Interval>())
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum SolverName {
-    Lp,
-    Fast,
-    Closed,
-}
-
-impl From<SolverName> for Solver {
-    fn from(name: SolverName) -> Self {
-        match name {
-            SolverName::Lp => Self::Lp,
-            SolverName::Fast => Self::Fast,
-            SolverName::Closed => Self::Closed,
-        }
-    }
-}
-
-pub fn parse_basis(text: &str) -> Result<Basis, String> {
-    text.parse::<Basis>().map_err(|error| error.to_string())
-}
-
-/// What is known about the depths in the kernel.
-pub enum Input {
-    Atoms(DepthDistribution),
-    Moments(Vec<f64>),
-}
-
-impl Input {
-    fn parse(arguments: &Arguments) -> Result<Self, Failure> {
-        match (&arguments.atoms, &arguments.moments) {
-            (Some(text), _) => Ok(Self::Atoms(parse_atoms(text)?)),
-            (None, Some(text)) => {
-                let moments = text.split(',').map(|number| parse_number(number, "--moments"));
-                Ok(Self::Moments(moments.collect::<Result<_, _>>()?))
-            }
-            (None, None) => Err(Failure::Input(anyhow!("give --atoms or --moments"))),
-        }
-    }
-
-    /// Bounds at z_f.
-    pub fn bounds(&self, method: &dyn LowerBound, z_f: f64) -> Result<Bounds, MomentError> {
-        match self {
-            Self::Atoms(z) => method.bounds_of(z, z_f),
-            Self::Moments(moments) => method.bounds(moments, z_f),
-        }
-    }
-
-    fn failure(&self, error: MomentError) -> Failure {
-        let known = matches!(self, Self::Atoms(_));
-        match error {
-            MomentError::Uncertified { .. } | MomentError::Solver { .. } => Failure::Failed(error.into()),
-            // A distribution that exists has moments; not recognising them is a fault of the method.
-            MomentError::Infeasible { .. } | MomentError::NotPositiveDefinite { .. } if known => {
-                Failure::Failed(error.into())
-            }
-            _ => Failure::Input(error.into()),
-        }
-    }
-}
-
-fn parse_number(text: &str, option: &str) -> Result<f64, Failure> {
-    let number = text.trim().parse::<f64>();
-    number.map_err(|_| Failure::Input(anyhow!("`{}` in {option} is not a number", text.trim())))
-}
-
-fn parse_atoms(text: &str) -> Result<DepthDistribution, Failure> {
-    if text.trim().is_empty() {
-        return Err(Failure::Input(anyhow!("--atoms is empty: a distribution needs at least one atom")));
-    }
-    let mut depths = Vec::new();
-    let mut weights = Vec::new();
-    for atom in text.split(',') {
-        let (depth, weight) = atom.split_once(':').ok_or_else(|| {
-            Failure::Input(anyhow!("`{}` in --atoms is not of the form depth:weight", atom.trim()))
-        })?;
-        depths.push(parse_number(depth, "--atoms")?);
-        weights.push(parse_number(weight, "--atoms")?);
-    }
-    DepthDistribution::new(&depths, &weights).context("--atoms").map_err(Failure::Input)
+fn solver_parser() -> impl TypedValueParser<Value = Solver> {
+    PossibleValuesParser::new(Solver::ALL.map(Solver::name)).try_map(|name| name.parse::<Solver>())
 }
 
 /// The result as recorded in JSON.
@@ -139,7 +62,7 @@ struct Answer {
     weights: Vec<f64>,
     solver: &'static str,
     basis: String,
-    interval: Domain,
+    interval: Interval,
     depth: f64,
     worst_slack: f64,
     /// PCF: mass strictly before z_f, if the distribution is known.
@@ -152,18 +75,13 @@ struct Answer {
 
 /// Computes, prints.
 pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let input = Input::parse(arguments)?;
-    let domain = match arguments.interval {
-        IntervalName::Real => Domain::Real,
-        IntervalName::Unit => Domain::Unit,
-    };
-    let basis = &arguments.basis;
-    let method =
-        method(basis, domain, arguments.solver.map(Solver::from)).map_err(|error| input.failure(error))?;
+    let input = Input::parse(arguments.atoms.as_deref(), arguments.moments.as_deref())?;
+    let (basis, interval) = (&arguments.basis, arguments.interval);
+    let method = method(basis, interval, arguments.solver).map_err(|error| input.failure(error))?;
     let z_f = arguments.depth;
     let bounds = input.bounds(method.as_ref(), z_f).map_err(|error| input.failure(error))?;
     if let Some(path) = &arguments.plot {
-        plot::write(path, &input, &method, domain, z_f, &bounds)?;
+        plot::write(path, &input, &method, z_f, &bounds)?;
     }
     let (mass_before, mass_up_to) = match &input {
         Input::Atoms(z) => (Some(z.cdf(z_f)), Some(z.cdf_inclusive(z_f))),
@@ -180,7 +98,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         weights: bounds.weights,
         solver: method.name(),
         basis: basis.to_string(),
-        interval: domain,
+        interval,
         depth: z_f,
         worst_slack: bounds.certificate.worst_slack,
         mass_before,

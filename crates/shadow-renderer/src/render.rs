@@ -1,15 +1,17 @@
 //! The one entry: a scene and a light to a stack, on the CPU or the GPU.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use graphics_device::{AdapterName, GraphicsDevice};
+use scenes::Scene;
 
-use crate::gpu::{ABuffer, ChunkSizes};
+use crate::gpu::{ABuffer, BINDING_BYTES, ChunkSizes};
 use crate::stack::assemble::{Band, assemble};
 use crate::stack::memory::{self, Budget};
+use crate::stack::prepare::PreparedTriangles;
 use crate::stack::rasterize::{BandTimes, rasterize};
-use crate::{LightFrame, PreparedTriangles, RenderError, ShadowMapStack};
-use scenes::Scene;
+use crate::stack::stage_times::StageTimes;
+use crate::{LightFrame, RenderError, ShadowMapStack};
 
 /// Who renders. Every backend returns the same stack, bit for bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -21,29 +23,6 @@ pub enum Backend {
     /// A graphics adapter, unless it is a software one.
     #[default]
     Auto,
-}
-
-/// Bytes of a storage binding that every graphics adapter offers.
-pub const BINDING_BYTES: u64 = 128 << 20;
-
-/// Wall-clock time of each step. On the CPU the steps inside the bands overlap; there `raster`, `group` and `sort`
-/// are sums over threads and `total` is less than the sum.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct StageTimes {
-    /// Projection, snapping and plane setup, on the CPU for both backends.
-    pub prepare: Duration,
-    /// GPU only: finding an adapter and compiling shaders; zero once they are cached.
-    pub device: Duration,
-    /// CPU: coverage and depth of all fragments. GPU: counting them, upload included.
-    pub raster: Duration,
-    /// CPU: counting sort by texel. GPU: prefix sums and scatter.
-    pub group: Duration,
-    /// Sorting by depth within the texels; on the GPU including read-back.
-    pub sort: Duration,
-    /// Final arrays from sorted keys, on the CPU for both backends.
-    pub assemble: Duration,
-    /// The whole call.
-    pub total: Duration,
 }
 
 /// How a stack came about.
@@ -111,7 +90,7 @@ pub fn render_stack(
 /// are clamped to [0, 1].
 ///
 /// # Errors
-/// As [`PreparedTriangles::new`], and [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] for a
+/// [`RenderError::Scene`], [`RenderError::MapSize`], [`RenderError::GuardBand`] if a vertex lies over 16384 texels off, and [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] for a
 /// stack that 32-bit offsets or the memory cannot hold, estimated before anything large is allocated and checked
 /// exactly on the way.
 pub fn render_in_frame(

@@ -1,8 +1,13 @@
 //! From a basis, an interval and a solver's name to the method that computes bounds.
 
-use moment_problem::{Basis, ExchangeSimplex, Interval, LinearProgram, LowerBound, MomentError, closed_form};
+use super::bounds::{Interval, LowerBound};
+use super::closed_form::closed_form;
+use super::linear_program::LinearProgram;
+use super::semi_infinite::ExchangeSimplex;
+use crate::basis::Basis;
+use crate::error::MomentError;
 use serde::{Deserialize, Serialize};
-use std::fmt;
+use std::str::FromStr;
 
 /// A bound method that threads can share.
 pub type Method = Box<dyn LowerBound + Send + Sync>;
@@ -19,33 +24,26 @@ pub enum Solver {
     Closed,
 }
 
-/// The interval of admissible depths by its name on the command line and in TOML.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Domain {
-    /// All real numbers.
-    Real,
-    /// \[0, 1\].
-    #[default]
-    Unit,
-}
+impl Solver {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Lp, Self::Fast, Self::Closed];
 
-impl Domain {
-    /// The interval I of MSM15 Problem 1.
-    pub fn interval(self) -> Interval {
+    /// The name in TOML and on the command line.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Real => Interval::Real,
-            Self::Unit => Interval::Unit,
+            Self::Lp => "lp",
+            Self::Fast => "fast",
+            Self::Closed => "closed",
         }
     }
 }
 
-impl fmt::Display for Domain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Real => "the real line",
-            Self::Unit => "[0, 1]",
-        })
+impl FromStr for Solver {
+    type Err = MomentError;
+
+    fn from_str(name: &str) -> Result<Self, MomentError> {
+        let known = Self::ALL.into_iter().find(|solver| solver.name() == name);
+        known.ok_or_else(|| unsupported(format!("solver `{name}` is none of lp, fast, closed")))
     }
 }
 
@@ -53,25 +51,25 @@ impl fmt::Display for Domain {
 /// solver is named.
 ///
 /// Errors: no method for this combination (the message names one that works), or a basis that cannot be prepared.
-pub fn method(basis: &Basis, domain: Domain, solver: Option<Solver>) -> Result<Method, MomentError> {
+pub fn method(basis: &Basis, interval: Interval, solver: Option<Solver>) -> Result<Method, MomentError> {
     let closed = match solver {
-        None | Some(Solver::Closed) => closed_form(basis, domain.interval())?,
+        None | Some(Solver::Closed) => closed_form(basis, interval)?,
         Some(Solver::Lp | Solver::Fast) => None,
     };
-    match (closed, solver, domain) {
+    match (closed, solver, interval) {
         (Some(closed), ..) => Ok(closed),
-        (None, Some(Solver::Closed), Domain::Unit) => Err(unsupported(format!(
+        (None, Some(Solver::Closed), Interval::Unit) => Err(unsupported(format!(
             "basis `{basis}` has no closed form on [0, 1] (power:4 and trig:2 have): use solver fast"
         ))),
-        (None, Some(Solver::Lp), Domain::Unit) => Ok(Box::new(LinearProgram::new(basis)?)),
-        (None, None | Some(Solver::Fast), Domain::Unit) => Ok(Box::new(ExchangeSimplex::new(basis)?)),
-        (None, Some(Solver::Lp | Solver::Fast), Domain::Real) => {
+        (None, Some(Solver::Lp), Interval::Unit) => Ok(Box::new(LinearProgram::new(basis)?)),
+        (None, None | Some(Solver::Fast), Interval::Unit) => Ok(Box::new(ExchangeSimplex::new(basis)?)),
+        (None, Some(Solver::Lp | Solver::Fast), Interval::Real) => {
             let solver = if solver == Some(Solver::Lp) { "lp" } else { "fast" };
             Err(unsupported(format!(
                 "solver {solver} works on the interval unit only: the real line needs solver closed"
             )))
         }
-        (None, None | Some(Solver::Closed), Domain::Real) => Err(unsupported(no_form_on_the_line(basis))),
+        (None, None | Some(Solver::Closed), Interval::Real) => Err(unsupported(no_form_on_the_line(basis))),
     }
 }
 
