@@ -20,7 +20,7 @@ use fragments::{FRAGMENTS, Inputs};
 use libtest_mimic::{Arguments, Failed};
 use quantization::NumberFormat;
 use quantization::published::{self, Published};
-use shadow_filtering::techniques::MomentBound;
+use moment_problem::MomentBound;
 use shadow_filtering::{
     DepthBias, Kernel, MomentOptions, RealTime, Reference, StorageFormat, StoredTechnique, Technique,
     TechniqueSpec, shaders,

@@ -2,8 +2,10 @@
 
 use crate::error::FilteringError;
 use crate::technique::Technique;
-use crate::techniques::{BiasedMoments, FAMILIES, Family, MomentBound};
+use crate::techniques::{BiasedMoments, FAMILIES, Family};
 use crate::transforms;
+use moment_problem::{Interval, MomentBound};
+use quantization::published::Published;
 use quantization::{DepthInterval, Encoding, NumberFormat, Search};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -58,9 +60,9 @@ pub struct TechniqueSpec {
     /// Several of these.
     #[serde(skip_serializing_if = "Vec::is_empty", with = "format_texts")]
     pub formats: Vec<NumberFormat>,
-    /// How techniques were spelled once.
+    /// Refused by name: how techniques were spelled once.
     #[serde(skip_serializing)]
-    kind: Option<String>,
+    pub kind: Option<String>,
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -124,13 +126,15 @@ pub enum Range {
 impl Range {
     /// The usual one: power moments on the whole line lose fewer digits where depth runs from -1 to 1.
     pub fn of(bound: MomentBound) -> Self {
-        match bound {
-            MomentBound::Hamburger2
-            | MomentBound::Hamburger4
-            | MomentBound::Hamburger6
-            | MomentBound::Hamburger8 => Self::Signed,
-            MomentBound::Hausdorff4 | MomentBound::Trigonometric4 => Self::Unit,
+        match bound.interval() {
+            Interval::Real => Self::Signed,
+            Interval::Unit => Self::Unit,
         }
+    }
+
+    /// That of a published transform.
+    pub fn of_published(published: &Published) -> Self {
+        if published.signed { Self::Signed } else { Self::Unit }
     }
 
     /// The values.
@@ -147,6 +151,14 @@ impl Range {
             Self::Unit => "unit",
             Self::Signed => "signed",
         }
+    }
+}
+
+impl From<MomentBound> for TechniqueSpec {
+    /// The bound with nothing else said.
+    fn from(bound: MomentBound) -> Self {
+        let name = FAMILIES.iter().find(|family| family.moments() == Some(bound));
+        Self { bound: name.map(|family| BoundName(family.name)), ..Self::default() }
     }
 }
 
@@ -184,7 +196,7 @@ impl TechniqueSpec {
     /// # Errors
     /// [`FilteringError::Parameter`] for an unknown transform.
     pub fn stored_range(&self) -> Result<Range, FilteringError> {
-        let own = transforms::published(self)?.map(|published| published.range);
+        let own = transforms::published(self)?.map(Range::of_published);
         let usual = self.moment_bound().map_or(Range::Unit, Range::of);
         Ok(own.or(self.range).unwrap_or(usual))
     }
@@ -205,12 +217,32 @@ impl TechniqueSpec {
         self.resolved(Some(search))
     }
 
-    /// Whether [`TechniqueSpec::build`] works, without computing any transform.
+    /// The technique with the identity in place of transforms that have to be computed: whether
+    /// [`TechniqueSpec::build`] works, at once.
     ///
     /// # Errors
     /// As [`TechniqueSpec::build`].
-    pub fn check(&self) -> Result<(), FilteringError> {
-        self.resolved(None).map(|_| ())
+    pub fn draft(&self) -> Result<Technique, FilteringError> {
+        self.resolved(None)
+    }
+
+    /// One technique for each combination of the transforms, formats and moment biases that are listed, in this order.
+    pub fn sweep(&self) -> Vec<Self> {
+        fn each<T: Clone>(one: &Option<T>, all: &[T]) -> Vec<Option<T>> {
+            if all.is_empty() { vec![one.clone()] } else { all.iter().cloned().map(Some).collect() }
+        }
+        let mut specs = Vec::new();
+        for transform in each(&self.transform, &self.transforms) {
+            for format in each(&self.format, &self.formats) {
+                for alpha in each(&self.alpha, &self.alphas) {
+                    let (transforms, formats, alphas) = (Vec::new(), Vec::new(), Vec::new());
+                    let transform = transform.clone();
+                    let single = Self { transform, transforms, format, formats, alpha, alphas, ..self.clone() };
+                    specs.push(single);
+                }
+            }
+        }
+        specs
     }
 
     /// The bound of biased moments, where the bound is that of moments.
@@ -284,23 +316,26 @@ impl TechniqueSpec {
         all.into_iter().filter_map(|(key, value)| Some((key, value?))).collect()
     }
 
-    /// Refuses the sweeps that a kind of experiment does not make.
+    /// Refuses keys of storage that a kind of experiment has no use for.
     ///
     /// # Errors
     /// [`FilteringError::Parameter`] with the key.
-    pub fn check_sweeps(&self, allowed: &[&str]) -> Result<(), FilteringError> {
-        let sweeps = [
+    pub fn check_storage(&self, allowed: &[&str]) -> Result<(), FilteringError> {
+        let keys = [
+            ("alpha", self.alpha.is_some()),
             ("alphas", !self.alphas.is_empty()),
+            ("transform", self.transform.is_some()),
             ("transforms", !self.transforms.is_empty()),
+            ("format", self.format.is_some()),
             ("formats", !self.formats.is_empty()),
         ];
-        for (key, is_given) in sweeps {
-            if is_given && !allowed.contains(&key) {
-                let reason = format!("one technique is wanted here: {}", &key[..key.len() - 1]);
-                return Err(FilteringError::parameter(key, "[..]", reason));
+        match keys.into_iter().find(|(key, is_given)| *is_given && !allowed.contains(key)) {
+            None => Ok(()),
+            Some((key, _)) => {
+                let reason = format!("this kind of experiment takes {} only", allowed.join(", "));
+                Err(FilteringError::parameter(key, "given", reason))
             }
         }
-        Ok(())
     }
 }
 

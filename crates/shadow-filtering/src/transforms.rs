@@ -2,8 +2,8 @@
 
 use crate::basis::AnyBasis;
 use crate::error::FilteringError;
-use crate::spec::{Range, TechniqueSpec};
-use crate::techniques::MomentBound;
+use crate::spec::TechniqueSpec;
+use moment_problem::MomentBound;
 use moment_problem::arithmetic::DoubleDouble;
 use quantization::published::{ALL, Published};
 use quantization::{AffineTransform, DepthInterval, QuantizationError, Search, optimise, range};
@@ -17,14 +17,8 @@ const RANGE_MARGIN: f64 = 1e-6;
 /// Transforms that are not constants.
 const COMPUTED: [&str; 4] = ["identity", "plain", "sampled", "optimal"];
 
-/// A published transform and the variable that it is for.
-pub(crate) struct OfPowers {
-    transform: &'static Published,
-    pub(crate) range: Range,
-}
-
 /// The published transform that a technique names, if it names one.
-pub(crate) fn published(spec: &TechniqueSpec) -> Result<Option<OfPowers>, FilteringError> {
+pub(crate) fn published(spec: &TechniqueSpec) -> Result<Option<&'static Published>, FilteringError> {
     let name = spec.transform();
     if COMPUTED.contains(&name) {
         return Ok(None);
@@ -35,11 +29,8 @@ pub(crate) fn published(spec: &TechniqueSpec) -> Result<Option<OfPowers>, Filter
         fail(format!("unknown transform (known: {})", known.join(", ")))
     })?;
     match spec.moment_bound() {
-        None | Some(MomentBound::Trigonometric4) => Err(fail("is a transform of power moments".to_owned())),
-        Some(_) => {
-            let range = if published.signed { Range::Signed } else { Range::Unit };
-            Ok(Some(OfPowers { transform: published, range }))
-        }
+        Some(bound) if !bound.is_trigonometric() => Ok(Some(published)),
+        _ => Err(fail("is a transform of power moments".to_owned())),
     }
 }
 
@@ -65,7 +56,7 @@ pub(crate) fn transform(
             let (bound, interval) = moments()?;
             search.map(|search| Ok(optimise(&bound.basis(), interval, search)?.transform))
         }
-        _ => published(spec)?.map(|published| published.transform.transform()),
+        _ => published(spec)?.map(|published| published.transform()),
     };
     Ok(computed.unwrap_or_else(|| Ok(AffineTransform::identity(basis.channels())))?)
 }

@@ -65,6 +65,17 @@ impl BiasedMoments {
         Ok(Self { bound, range, alpha, single_alpha, centre, beta: spec.beta, recognises_two })
     }
 
+    /// The same bound under another bias, without recognition of two depths. `centre` has one entry a moment.
+    pub fn with_bias(mut self, alpha: f64, centre: &[f64]) -> Self {
+        self.centre[..centre.len()].copy_from_slice(centre);
+        Self { alpha, single_alpha: alpha, recognises_two: false, ..self }
+    }
+
+    /// The bounded moments.
+    pub fn bound(&self) -> MomentBound {
+        self.bound
+    }
+
     /// The moments that the bound is computed from: biased, as exact input for another solver.
     pub fn biased(&self, filtered: &[f64]) -> Vec<f64> {
         self.biased_in(filtered)[..filtered.len()].to_vec()
@@ -101,6 +112,15 @@ impl BiasedMoments {
             two_surfaces::powers(four, self.variable(z_f).to_f64())
         }
     }
+}
+
+/// Moments of the arcsine distribution on \[0, 1\].
+const ARCSINE_UNIT: [f64; MomentBound::MAX_ORDER] =
+    [0.5, 0.375, 0.3125, 0.2734375, 0.24609375, 0.2255859375, 0.20947265625, 0.196380615234375];
+
+/// b* in the variable that is stored.
+fn usual_centre(bound: MomentBound, range: Range) -> &'static [f64] {
+    if range == Range::of(bound) { bound.centre() } else { &ARCSINE_UNIT[..bound.order()] }
 }
 
 /// A shader recognises nothing, and needs a larger bias.

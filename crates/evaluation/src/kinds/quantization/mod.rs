@@ -15,6 +15,5 @@ pub use records::{
     QuantizationViewRecord,
 };
 pub use settings::{
-    Alphas, BiasTarget, GainSetting, QuantizationExperiment, RangeName, StoreSetting, StructureName,
+    Alphas, BiasTarget, GainSetting, QuantizationExperiment, StoreSetting, StructureName,
 };
-pub(crate) use variant::published;

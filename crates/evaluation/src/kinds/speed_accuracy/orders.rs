@@ -6,7 +6,7 @@ use super::scenery::{Plan, SceneView};
 use crate::kinds::filterable::records::rounded;
 use nalgebra::{Matrix5, SymmetricEigen};
 use rayon::prelude::*;
-use shadow_filtering::techniques::MomentBound;
+use moment_problem::MomentBound;
 use shadow_filtering::{DepthMap, Kernel};
 
 /// Orders whose bounds are compared, ascending.

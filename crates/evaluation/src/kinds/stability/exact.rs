@@ -9,7 +9,7 @@
 
 use super::family::{Input, Moments};
 use moment_problem::arithmetic::{DoubleDouble, Real};
-use shadow_filtering::techniques::MomentBound;
+use moment_problem::MomentBound;
 
 type Wide = DoubleDouble;
 

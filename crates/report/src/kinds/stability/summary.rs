@@ -140,7 +140,7 @@ impl<'a> StabilityTables<'a> {
         let checked: u64 =
             self.checks.iter().filter(|c| Some(c.method.as_str()) == first).map(|c| c.inputs).sum();
         let in_arithmetic = |c: &CheckRecord, arithmetic: Arithmetic| {
-            self.experiment.method.iter().any(|m| m.name == c.method && m.arithmetic == arithmetic)
+            self.experiment.technique.iter().any(|m| m.name == c.method && m.arithmetic == arithmetic)
         };
         let total = |of: fn(&CheckRecord) -> u64| -> u64 { self.checks.iter().map(of).sum() };
         let broken = |arithmetic: Arithmetic| -> u64 {
