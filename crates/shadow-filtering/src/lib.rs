@@ -23,6 +23,7 @@
 
 mod basis;
 mod bound;
+pub mod conformance;
 mod depth_map;
 mod encoding;
 mod error;

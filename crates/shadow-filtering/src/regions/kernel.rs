@@ -235,3 +235,129 @@ impl Taps {
         self.texels[1] - self.texels[0]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::TechniqueSpec;
+    use quantization::NumberFormat;
+
+    fn map() -> DepthMap {
+        let depth = |t: usize| {
+            let (x, y) = (t % 40, t / 40);
+            let noise = (t * 7919 % 101) as f32 * 1e-4;
+            if x + y < 30 { 0.2 + 0.004 * x as f32 + noise } else { 0.7 - 0.003 * y as f32 + noise }
+        };
+        DepthMap::new(40, 30, (0..40 * 30).map(depth).collect()).unwrap()
+    }
+
+    fn technique(toml: &str) -> Technique {
+        toml::from_str::<TechniqueSpec>(toml).unwrap().build().unwrap()
+    }
+
+    #[test]
+    fn a_single_sample_is_that_of_the_whole_map() {
+        fn same<P: Precision>(technique: &Technique) {
+            let (map, kernel) = (map(), Kernel::gaussian(5, 1.2).unwrap());
+            let whole = technique.filtered::<P>(&map, &kernel).unwrap();
+            let lazy = KernelField::<P>::new(technique, &map, &kernel);
+            let stored = KernelField::<P>::stored(technique, &map, &kernel).unwrap();
+            for at in [(0.5, 0.5), (17.25, 9.75), (0.1, 29.9), (39.9, 12.0), (20.0, 0.0), (12.5, 8.3)] {
+                let at = Position { x: at.0, y: at.1 };
+                let mut found = [0, 1, 2].map(|_| vec![P::zero(); technique.channels()]);
+                whole.mean(at, &mut found[0]).unwrap();
+                lazy.mean(at, &mut found[1]).unwrap();
+                stored.mean(at, &mut found[2]).unwrap();
+                assert!(found[0] == found[1] && found[0] == found[2], "{} at {at:?}", technique.name());
+            }
+        }
+        for toml in [
+            "bound = 'hamburger4'\ntransform = 'GDC16 four moments'\nformat = 'unorm16'\nalpha = 6e-5",
+            "bound = 'evsm'\nexponent = 5.0\nnegative_exponent = 5.0\nformat = 'f16'",
+            "bound = 'vsm'",
+        ] {
+            same::<f32>(&technique(toml));
+            same::<f64>(&technique(toml));
+        }
+    }
+
+    #[test]
+    fn restored_moments_are_those_of_the_distribution() {
+        let (map, kernel) = (map(), Kernel::gaussian(9, 2.4).unwrap());
+        let toml = "bound = 'hamburger4'\ntransform = 'GDC16 four moments'\nformat = 'unorm16'";
+        let technique = technique(toml);
+        let mut b = [0.0f32; 4];
+        let field = KernelField::new(&technique, &map, &kernel);
+        technique.moments(&field, Position::of_texel(15, 14), &mut b).unwrap();
+        let z = kernel.distribution(&map, 15, 14);
+        for (k, b) in b.iter().enumerate() {
+            let depths = z.depths().iter().zip(z.weights());
+            let exact: f64 = depths.map(|(&z, w)| w.to_f64() * (2.0 * z - 1.0).powi(k as i32 + 1)).sum();
+            assert!((f64::from(*b) - exact).abs() < 1e-4, "moment {}: {b} instead of {exact}", k + 1);
+        }
+    }
+
+    #[test]
+    fn a_fine_format_gives_the_filter_without_storage() {
+        let (map, kernel) = (map(), Kernel::gaussian(9, 2.4).unwrap());
+        let technique = technique("bound = 'hamburger6'\nformat = 'f32'");
+        let field = technique.kernel_field(&map, &kernel).unwrap();
+        let whole = filter(&technique.store::<f64>(&map).unwrap(), &kernel);
+        let mut texel = [0.0; 6];
+        for (x, y) in [(0, 0), (12, 8), (23, 11)] {
+            field.mean(Position::of_texel(x, y), &mut texel).unwrap();
+            for (one, other) in texel.iter().zip(whole.texel(x, y)) {
+                // Two more roundings to 24 bits.
+                assert!((one - other).abs() <= 1.3e-7 * other.abs().max(1e-3), "{one} {other}");
+            }
+        }
+    }
+
+    #[test]
+    fn both_passes_write_codes_of_the_format() {
+        let (map, kernel) = (map(), Kernel::gaussian(9, 2.4).unwrap());
+        for format in [NumberFormat::Unorm10, NumberFormat::Unorm16, NumberFormat::F16] {
+            let technique = technique(&format!("bound = 'hamburger4'\nrange = 'unit'\nformat = '{format}'"));
+            let field = technique.kernel_field(&map, &kernel).unwrap();
+            let raw = technique.store::<f64>(&map).unwrap();
+            // Rows, rounded, then columns, rounded.
+            let weights = kernel.weights();
+            for (x, y) in (4..20).flat_map(|y| (4..20).map(move |x| (x, y))) {
+                let (mut texel, mut expected) = ([0.0; 4], [0.0; 4]);
+                field.mean(Position::of_texel(x, y), &mut texel).unwrap();
+                for (tap, &outer) in weights.iter().enumerate() {
+                    for (channel, value) in expected.iter_mut().enumerate() {
+                        let inner = |i: usize| weights[i] * raw.texel(x + i - 4, y + tap - 4)[channel];
+                        *value += outer * format.round((0..9).map(inner).sum());
+                    }
+                }
+                assert_eq!(texel, expected.map(|value| format.round(value)), "{format} at {x}, {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn bounds_do_not_depend_on_the_variable() {
+        let (map, kernel) = (map(), Kernel::gaussian(9, 2.4).unwrap());
+        let g = ["unit", "signed"].map(|range| {
+            let technique = technique(&format!("bound = 'hamburger4'\nrange = '{range}'\nalpha = 0.0"));
+            let mut b = [0.0; 4];
+            let field = technique.kernel_field(&map, &kernel).unwrap();
+            technique.moments(field.as_ref(), Position::of_texel(9, 9), &mut b).unwrap();
+            technique.bounds(&b, 0.9).unwrap().lower
+        });
+        assert!((g[0] - g[1]).abs() < 1e-2 && g[0] > 0.5, "{g:?}");
+    }
+
+    #[test]
+    fn impossible_combinations_name_what_is_wrong() {
+        let fail = |toml: &str| {
+            let spec: TechniqueSpec = toml::from_str(toml).unwrap();
+            spec.build().and_then(|technique| technique.check_real_time()).unwrap_err().to_string()
+        };
+        assert!(fail("basis = 'power:2'").contains("shader"));
+        let message = fail("bound = 'hamburger2'\ntransform = 'GDC16 four moments'");
+        assert!(message.contains("order of the transform = 4"), "{message}");
+        assert!(fail("bound = 'vsm'\nformat = 'u32/81'").contains("u32/81"));
+    }
+}

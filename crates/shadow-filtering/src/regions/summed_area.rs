@@ -66,3 +66,30 @@ impl StoredField<f64> for BoxField {
         self.sums.mean(Rectangle { first, last: (x + self.radius, y + self.radius) }, out)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::TechniqueSpec;
+
+    #[test]
+    fn sums_are_the_box_filter_of_what_is_stored_once() {
+        let depth = |t: usize| if t % 24 + t / 24 < 20 { 0.2 + 0.004 * (t % 24) as f32 } else { 0.7 };
+        let map = DepthMap::new(24, 24, (0..24 * 24).map(depth).collect()).unwrap();
+        let kernel = Kernel::uniform(9).unwrap();
+        let spec: TechniqueSpec = toml::from_str("bound = 'hausdorff4'\nformat = 'u32/81'").unwrap();
+        let technique = spec.build().unwrap();
+        let field = technique.kernel_field(&map, &kernel).unwrap();
+        let mut b = [0.0; 4];
+        technique.moments(field.as_ref(), Position::of_texel(10, 12), &mut b).unwrap();
+        let z = kernel.distribution(&map, 10, 12);
+        for (k, value) in b.iter().enumerate() {
+            let exact: f64 =
+                z.depths().iter().zip(z.weights()).map(|(z, w)| z.powi(k as i32 + 1) * w.to_f64()).sum();
+            assert!((value - exact).abs() <= technique.encoding().format().step(), "{value} {exact}");
+        }
+        assert!(technique.moments(field.as_ref(), Position::of_texel(1, 12), &mut b).is_err());
+        assert!(technique.kernel_field(&map, &Kernel::gaussian(9, 2.4).unwrap()).is_err());
+        assert!(technique.check_kernel(&Kernel::uniform(11).unwrap()).is_err());
+    }
+}

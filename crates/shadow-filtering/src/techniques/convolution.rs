@@ -170,3 +170,43 @@ pub(crate) fn parts(spec: &TechniqueSpec) -> Result<Parts, FilteringError> {
     })?;
     Ok(Parts::new(convolution.clone(), convolution))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Kernel;
+    use crate::regions::{encode, filter};
+
+    #[test]
+    fn convolution_shadow_maps_are_the_filtered_response_and_tend_to_the_shadow_test() {
+        let kernel = Kernel::gaussian(9, 2.4).unwrap();
+        let map = &crate::conformance::maps().unwrap()[4];
+        for coefficients in [1, 4, 16] {
+            let csm = Convolution::new(coefficients).unwrap();
+            let technique = TechniqueSpec { coefficients: Some(coefficients), ..TechniqueSpec::named("csm").unwrap() };
+            let technique = technique.build().unwrap();
+            let filtered = filter(&encode::<f64>(map, &technique).unwrap(), &kernel);
+            let z = kernel.distribution(map, 20, 30);
+            for i in 0..=50 {
+                let z_f = f64::from(i) / 50.0;
+                let atoms = z.depths().iter().zip(z.weights());
+                let expected: f64 = atoms
+                    .map(|(&depth, &w)| w.to_f64() * csm.response(z_f - depth))
+                    .sum();
+                let g = technique.shade(filtered.texel(20, 30), z_f).unwrap();
+                assert!((g - expected.clamp(0.0, 1.0)).abs() < 1e-12, "{g} and {expected}");
+            }
+            // Below the test everywhere, between the nodes of the search too.
+            for i in -50_000..=50_000 {
+                let t = f64::from(i) / 50_000.0;
+                assert!(csm.response(t) <= if t > 0.0 { 1.0 } else { 0.0 }, "{coefficients} at {t}");
+            }
+        }
+        let fine = Convolution::new(64).unwrap();
+        for i in 1..20 {
+            let t = f64::from(i) / 20.0;
+            assert!(fine.response(t) > 0.98, "{t}: {}", fine.response(t));
+            assert!(fine.response(-t).abs() < 0.02, "-{t}: {}", fine.response(-t));
+        }
+    }
+}
