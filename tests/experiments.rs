@@ -102,6 +102,7 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
         ("[scale.paper]", "[scale.huge]", "huge"),
         ("kind = \"bounds\"", "kind = \"bonds\"", "bonds"),
         ("kind = \"bounds\"", "", "kind"),
+        ("[[kernel]]", "[[candidate]]", "[[candidate]] is spelled [[technique]] now"),
         ("question =", "# question =", "line"),
         ("basis = \"z, z^2\"", "basis = \"sinh(z)\"", "sinh"),
         ("interval = \"real\"", "interval = \"unit\", solver = \"magic\"", "magic"),
@@ -161,7 +162,11 @@ fn mistakes_in_stability_methods_name_line_and_value() {
     let cases = [
         ("shape = \"pole\"", "shape = \"hole\"", "hole"),
         ("alpha = 1e-9", "alpha = 1.5", "technique[0].method: alpha = 1.5"),
-        ("centre = [0.0, 0.5]", "centre = [0.0]", "technique[0].method: centre = [0.0]: are not the 2 numbers"),
+        (
+            "centre = [0.0, 0.5]",
+            "centre = [0.0]",
+            "technique[0].method: centre = [0.0]: are not the 2 numbers",
+        ),
         ("name = \"two surfaces\"", "name = \"one surface\"", "family `one surface` appears twice"),
         ("format = \"unorm10\"", "format = \"unorm9\"", "unorm9"),
         ("\"MSM15 theta_4\"", "\"MSM15 theta_5\"", "MSM15 theta_5"),

@@ -7,9 +7,7 @@ use graphics_device::DeviceError;
 use libtest_mimic::{Failed, Trial};
 use scenes::{Scene, load_scene};
 use shaders::FrameShaders;
-use shadow_filtering::{
-    ChannelMap, Kernel, Technique, TechniqueSpec, comparison_shaders, filter, resolve,
-};
+use shadow_filtering::{ChannelMap, Kernel, Technique, TechniqueSpec, comparison_shaders, filter, resolve};
 use shadow_renderer::{
     DepthMap, FrameRenderer, FrameSettings, LightFrame, RenderError, Sampling, WHOLE_FRAME,
 };

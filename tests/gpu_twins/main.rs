@@ -18,11 +18,9 @@ use std::process::ExitCode;
 use adapter::gpu_trial;
 use fragments::{FRAGMENTS, Inputs};
 use libtest_mimic::{Arguments, Failed};
-use quantization::published::{self, Published};
 use moment_problem::MomentBound;
-use shadow_filtering::{
-    DepthBias, Kernel, Range, RealTime, Reference, Technique, TechniqueSpec, shaders,
-};
+use quantization::published::{self, Published};
+use shadow_filtering::{DepthBias, Kernel, Range, RealTime, Reference, Technique, TechniqueSpec, shaders};
 
 /// The shader's error against double precision may be this many times that of Rust in single precision.
 const RATIO: f64 = 2.0;

@@ -43,11 +43,11 @@ pub use kinds::stability::{
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Timed,
     WorstRecord,
 };
+pub use moment_problem::MomentBound;
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 pub use role::{Role, with_role};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
-pub use moment_problem::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 

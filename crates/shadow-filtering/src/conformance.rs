@@ -105,7 +105,9 @@ pub fn check(technique: &Technique) -> Result<usize, String> {
         }
         for (channel, (mean, value)) in mean.iter().zip(filtered.texel(x, y)).enumerate() {
             if (mean - value).abs() > ROUNDING * (1.0 + mean.abs()) {
-                return Err(format!("{name}, map {number}, channel {channel}: {value} is not the mean {mean}"));
+                return Err(format!(
+                    "{name}, map {number}, channel {channel}: {value} is not the mean {mean}"
+                ));
             }
             compared += 1;
         }

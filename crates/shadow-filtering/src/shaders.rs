@@ -1,8 +1,8 @@
 //! WGSL twins put together: constants of a technique, then the files that its mathematics needs.
 
 use crate::kernel::Kernel;
-use moment_problem::wgsl::{CHEBYSHEV, ELEMENTARY};
 use moment_problem::MomentBound;
+use moment_problem::wgsl::{CHEBYSHEV, ELEMENTARY};
 use shaders::{array, constant, count, flag, unroll};
 
 const MOMENTS: &str = include_str!("techniques/moments.wgsl");

@@ -237,7 +237,8 @@ impl TechniqueSpec {
                 for alpha in each(&self.alpha, &self.alphas) {
                     let (transforms, formats, alphas) = (Vec::new(), Vec::new(), Vec::new());
                     let transform = transform.clone();
-                    let single = Self { transform, transforms, format, formats, alpha, alphas, ..self.clone() };
+                    let single =
+                        Self { transform, transforms, format, formats, alpha, alphas, ..self.clone() };
                     specs.push(single);
                 }
             }

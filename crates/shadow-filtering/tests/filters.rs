@@ -103,7 +103,8 @@ fn the_number_of_threads_changes_no_bit() {
 fn a_value_that_the_format_cannot_hold_is_an_error() {
     // e^(2 * 42 s) at s = 1 fits f32; f16's limit is checked by the technique, f32 overflow by the map.
     let map = DepthMap::new(1, 1, vec![1.0]).unwrap();
-    let esm = |exponent| TechniqueSpec { exponent: Some(exponent), ..TechniqueSpec::named("esm").unwrap() }.build();
+    let esm =
+        |exponent| TechniqueSpec { exponent: Some(exponent), ..TechniqueSpec::named("esm").unwrap() }.build();
     assert!(encode::<f32>(&map, &esm(88.0).unwrap()).is_ok());
     assert!(esm(89.0).is_err());
 }

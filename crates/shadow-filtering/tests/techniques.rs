@@ -67,10 +67,12 @@ fn the_suite_finds_a_bound_that_is_none() {
             (z_f - b[0] + R::from_f64(0.5)).clamp_unit()
         }
     }
-    let encoding = || quantization::Encoding::new(
-        quantization::AffineTransform::identity(2),
-        quantization::NumberFormat::F32,
-    );
+    let encoding = || {
+        quantization::Encoding::new(
+            quantization::AffineTransform::identity(2),
+            quantization::NumberFormat::F32,
+        )
+    };
     let basis = || Box::new("power:2".parse::<Basis>().unwrap());
     let wrong = Technique::new(basis(), encoding(), Box::new(Optimist)).unwrap();
     let message = conformance::check(&wrong).unwrap_err();
@@ -142,8 +144,7 @@ fn exponential_variance_and_layers_are_cantelli_in_their_warps() {
         let z_f = random.unit();
         let z = kernel.distribution(map, x, y);
         let warped = |warp: &dyn Fn(f64) -> f64| {
-            let weights: Vec<f64> =
-                z.weights().iter().map(|&w| w.to_f64()).collect();
+            let weights: Vec<f64> = z.weights().iter().map(|&w| w.to_f64()).collect();
             let depths: Vec<f64> = z.depths().iter().map(|&depth| warp(depth)).collect();
             let mean: f64 = depths.iter().zip(&weights).map(|(z, w)| z * w).sum();
             let variance: f64 = depths.iter().zip(&weights).map(|(z, w)| w * (z - mean).powi(2)).sum();
@@ -212,7 +213,10 @@ fn impossible_parameters_are_errors_that_name_key_and_value() {
         ("bound = 'esm'\nexponent = -1.0", ["exponent = -1", "positive"]),
         ("bound = 'esm'\nexponent = 2.0\nformat = 'unorm16'", ["format = unorm16", "exponential warps"]),
         ("bound = 'evsm'\nexponent = 43.0", ["exponent = 43", "42"]),
-        ("bound = 'evsm'\nexponent = 5.0\nnegative_exponent = 6.0\nformat = 'f16'", ["negative_exponent = 6", "f16"]),
+        (
+            "bound = 'evsm'\nexponent = 5.0\nnegative_exponent = 6.0\nformat = 'f16'",
+            ["negative_exponent = 6", "f16"],
+        ),
         ("bound = 'vsm'\nexponent = 5.0", ["exponent = 5", "`vsm` has no exponent"]),
         ("bound = 'lvsm'\nlayers = 0", ["layers = 0", "1 to 64"]),
         ("bound = 'csm'\ncoefficients = 0", ["coefficients = 0", "64"]),

@@ -183,16 +183,15 @@ mod tests {
         let map = &crate::conformance::maps().unwrap()[4];
         for coefficients in [1, 4, 16] {
             let csm = Convolution::new(coefficients).unwrap();
-            let technique = TechniqueSpec { coefficients: Some(coefficients), ..TechniqueSpec::named("csm").unwrap() };
+            let technique =
+                TechniqueSpec { coefficients: Some(coefficients), ..TechniqueSpec::named("csm").unwrap() };
             let technique = technique.build().unwrap();
             let filtered = filter(&encode::<f64>(map, &technique).unwrap(), &kernel);
             let z = kernel.distribution(map, 20, 30);
             for i in 0..=50 {
                 let z_f = f64::from(i) / 50.0;
                 let atoms = z.depths().iter().zip(z.weights());
-                let expected: f64 = atoms
-                    .map(|(&depth, &w)| w.to_f64() * csm.response(z_f - depth))
-                    .sum();
+                let expected: f64 = atoms.map(|(&depth, &w)| w.to_f64() * csm.response(z_f - depth)).sum();
                 let g = technique.shade(filtered.texel(20, 30), z_f).unwrap();
                 assert!((g - expected.clamp(0.0, 1.0)).abs() < 1e-12, "{g} and {expected}");
             }

@@ -2,10 +2,10 @@
 
 use super::records::{GainRecord, GainSample};
 use super::settings::{GainSetting, StructureName};
-use shadow_filtering::Range;
 use moment_problem::Basis;
 use quantization::published::{self, Published};
 use quantization::{AffineTransform, Optimum, QuantizationError, Search, optimise};
+use shadow_filtering::Range;
 use std::time::Instant;
 
 fn spaced(values: &[f64]) -> String {

@@ -14,6 +14,4 @@ pub use records::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
     QuantizationViewRecord,
 };
-pub use settings::{
-    Alphas, BiasTarget, GainSetting, QuantizationExperiment, StoreSetting, StructureName,
-};
+pub use settings::{Alphas, BiasTarget, GainSetting, QuantizationExperiment, StoreSetting, StructureName};

@@ -175,7 +175,9 @@ impl Settings for QuantizationExperiment {
                     return fail(&key, format!("{key} is empty"));
                 }
             }
-            if let Some(baseline) = store.baseline.as_ref().filter(|name| !store.method.transforms.contains(name)) {
+            if let Some(baseline) =
+                store.baseline.as_ref().filter(|name| !store.method.transforms.contains(name))
+            {
                 let key = format!("{place}.baseline");
                 return fail(&key, format!("{key} = \"{baseline}\" is none of the transforms"));
             }

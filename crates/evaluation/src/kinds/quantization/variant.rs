@@ -6,9 +6,7 @@ use crate::kinds::filterable::settings::in_key;
 use moment_problem::MomentBound;
 use quantization::Search;
 use quantization::bias::{CIRCULATED, Circulated};
-use shadow_filtering::{
-    BiasedMoments, FilteringError, Kernel, KernelSpec, Range, Technique, TechniqueSpec,
-};
+use shadow_filtering::{BiasedMoments, FilteringError, Kernel, KernelSpec, Range, Technique, TechniqueSpec};
 
 /// A technique with its filter, and the names of both.
 pub(crate) struct Variant {

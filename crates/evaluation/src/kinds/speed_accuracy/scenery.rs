@@ -5,7 +5,9 @@ use super::settings::{Blend, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
 use crate::kinds::filterable::view::{LoadedScene, chosen};
 use rayon::prelude::*;
-use shadow_filtering::{DepthBias, DepthMap, FilteringError, Kernel, KernelField, Position, Receiver, StoredField};
+use shadow_filtering::{
+    DepthBias, DepthMap, FilteringError, Kernel, KernelField, Position, Receiver, StoredField,
+};
 
 /// Filtering for one fragment alone costs as much as filtering this many times the kernel's size of texels of the whole
 /// map: with four channels in 16 bits and a 9x9 kernel 5.4 us a fragment and 125 ns a texel were measured, one core.

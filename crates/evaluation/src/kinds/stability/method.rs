@@ -54,11 +54,13 @@ impl Prepared {
             let key = format!("{place}.{key}");
             Err(EvaluationError::Key { reason: format!("{key}: {reason}"), key })
         };
-        let resolved = method.check_storage(&["alpha", "transform", "format"]).and_then(|()| {
-            Ok((method.build()?, method.stored_range()?))
-        });
+        let resolved = method
+            .check_storage(&["alpha", "transform", "format"])
+            .and_then(|()| Ok((method.build()?, method.stored_range()?)));
         let (technique, range) = resolved.map_err(in_key(&format!("{place}.method")))?;
-        let Some(bound) = method.moment_bound() else { return fail("method.bound", "is no bound of moments") };
+        let Some(bound) = method.moment_bound() else {
+            return fail("method.bound", "is no bound of moments");
+        };
         let (Some(alpha), Some(centre)) = (method.alpha, &method.centre) else {
             return fail("method", "alpha and centre have to be given");
         };

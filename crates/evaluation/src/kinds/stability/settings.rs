@@ -7,8 +7,8 @@ use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
 use crate::kinds::quantization::Alphas;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
-use serde::{Deserialize, Serialize};
 use moment_problem::MomentBound;
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
