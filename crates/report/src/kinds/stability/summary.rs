@@ -163,7 +163,7 @@ impl<'a> StabilityTables<'a> {
         }
         let violated = |r: &StabilityRecord| r.violated;
         let alpha = |role| {
-            let player = with_role(&self.experiment.method, role)?;
+            let player = with_role(&self.experiment.technique, role)?;
             self.smallest_alpha(&player.name, Inputs::Hard, violated)
         };
         if let (Some(plain), Some(pairs)) =
