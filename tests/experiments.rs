@@ -112,6 +112,85 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
     refused(&folder, &text, &cases);
 }
 
+/// An unknown key, a value that makes no sense and one of another type, for every kind: (old line, its new text, needle).
+#[test]
+fn mistakes_in_every_kind_name_line_key_and_value() {
+    let cases: [(&str, [(&str, &str, &str); 5]); 6] = [
+        (
+            "bounds",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("seed = 1", "seed = \"one\"", "seed"),
+                ("depths = 41", "depths = 1", "depths = 1 "),
+                ("kernels = [\"two surfaces\"]", "kernels = [\"none\"]", "kernel `none`"),
+                ("basis = \"z, z^2\"", "basis = \"sinh(z)\"", "sinh"),
+            ],
+        ),
+        (
+            "filterable",
+            [
+                ("size = 512", "sise = 512", "unknown field `sise`"),
+                ("plane_limit = 0.05", "plane_limit = true", "plane_limit"),
+                ("size = 1024", "size = 0", "size = 0 "),
+                ("surface_gap = 0.004", "surface_gap = -1.0", "surface_gap"),
+                ("exponent = 80.0", "exponent = 120.0", "exponent = 120"),
+            ],
+        ),
+        (
+            "quantization",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("plane_limit = 0.05", "plane_limit = \"flat\"", "plane_limit"),
+                ("hull_points = 201", "hull_points = true", "hull_points"),
+                ("basis = \"power:3\"", "basis = \"power:0\"", "power:0"),
+                ("alphas = {", "alphas = 3 # {", "alphas"),
+            ],
+        ),
+        (
+            "candidate-search",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("cells = 256", "cells = \"many\"", "cells"),
+                ("cells = 256", "cells = 8", "cells = 8 "),
+                ("plane_limit = 0.05", "plane_limit = []", "plane_limit"),
+                ("tolerance = 1e-6", "tolerance = 1.0", "tolerance = 1 "),
+            ],
+        ),
+        (
+            "stability",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("seed = 1", "seed = -1", "-1"),
+                ("draws = 40", "draws = 4.5", "draws"),
+                ("alpha = 1e-9", "alpha = \"little\"", "alpha"),
+                ("plane_limit = 0.05", "plane_limits = 0.05", "plane_limits"),
+            ],
+        ),
+        (
+            "speed-accuracy",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("plane_limit = 0.05", "plane_limit = \"flat\"", "plane_limit"),
+                ("divisors = [1, 2, 4]", "divisors = [3]", "divisors[0] = 3"),
+                ("exponent = 11.0", "exponent = 12.0", "12"),
+                ("rounds = 2", "rounds = 0", "in 0 rounds"),
+            ],
+        ),
+    ];
+    for (name, cases) in cases {
+        let folder = directory(&format!("every-{name}"));
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("experiments/{name}.toml"));
+        let text = std::fs::read_to_string(file).unwrap();
+        refused(&folder, &text, &cases);
+        for (i, (old, ..)) in cases.iter().enumerate() {
+            let path = folder.join(format!("case-{i}.toml"));
+            let message = String::from_utf8(msm(&["run", path.to_str().unwrap()]).stderr).unwrap();
+            let line = text[..text.find(old).unwrap()].matches('\n').count() + 1;
+            assert!(message.contains(&format!("case-{i}.toml: line {line}: ")), "{line}: {message}");
+        }
+    }
+}
+
 /// Runs an experiment with one mistake after the other, as (old text, new text, word of the message).
 fn refused(folder: &Path, text: &str, cases: &[(&str, &str, &str)]) {
     for (i, (old, new, needle)) in cases.iter().enumerate() {

@@ -122,6 +122,45 @@ fn shards_merge_to_the_bytes_of_the_whole() {
     assert_eq!(before, after);
 }
 
+/// Every kind that works view by view is divided and merged by the same room.
+#[test]
+fn views_in_shards_merge_to_the_bytes_of_the_whole() {
+    let out = folder("views");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/filterable.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    assert!(text.contains("\nviews = [\"oblique\"]"));
+    let experiment = out.join("filterable.toml");
+    std::fs::write(&experiment, text.replace("\nviews = [\"oblique\"]", "\nviews = []")).unwrap();
+    let attempt = |more: &[&str]| command(&experiment, &out, more).output().unwrap();
+    let run = |more: &[&str]| directory(&attempt(more));
+    let records = |run: &Path| {
+        let timed = ["samples.csv", "provenance.json", "README.md", "time.svg"];
+        let names = std::fs::read_dir(run).unwrap().map(|entry| entry.unwrap().file_name());
+        let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
+        names.retain(|name| !timed.contains(&name.as_str()));
+        names.sort();
+        names.into_iter().map(|name| (std::fs::read(run.join(&name)).unwrap(), name)).collect::<Vec<_>>()
+    };
+    let whole = records(&run(&[]));
+    assert!(whole.iter().any(|(_, name)| name == "kernels.csv") && whole.len() > 6);
+    let shards: Vec<PathBuf> = (1..=2).map(|i| run(&["--shard", &format!("{i}/2")])).collect();
+    let text: Vec<&str> = shards.iter().map(|shard| shard.to_str().unwrap()).collect();
+    assert!(shards.iter().all(|shard| shard.join("checkpoint.log").is_file()));
+    let merged = run(&["--merge", text[1], "--merge", text[0], "--threads", "1"]);
+    assert!(records(&merged) == whole, "{}", merged.display());
+    refused(&attempt(&["--merge", text[0]]), 2, &["shard 2/2 is missing"]);
+    refused(
+        &attempt(&["--seed", "9", "--merge", text[0], "--merge", text[1]]),
+        2,
+        &["checkpoint.log", "inputs"],
+    );
+    // A killed shard goes on behind its last whole line.
+    let log = shards[0].join("checkpoint.log");
+    let before = std::fs::read(&log).unwrap();
+    std::fs::write(&log, &before[..before.len() - 9]).unwrap();
+    refused(&attempt(&["--merge", text[0], "--merge", text[1]]), 2, &["views are in none"]);
+}
+
 #[test]
 fn a_damaged_or_foreign_checkpoint_is_refused_and_left_alone() {
     let out = folder("damage");

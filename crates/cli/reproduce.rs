@@ -1,12 +1,11 @@
 //! `msm reproduce`: every experiment, one after another, and one page about all of them.
 
 use crate::outcome::{Failure, Output};
-use crate::progress::Bar;
 use crate::report::page_failure;
-use crate::run::{ScaleName, build, command_line, failure};
+use crate::run::{Part, ScaleName, build, failure, recorded};
 use ::report::Page;
 use anyhow::{Context, anyhow};
-use evaluation::{Experiment, RunOptions, Scale, write_whole};
+use evaluation::{Experiment, Scale, write_whole};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -95,7 +94,9 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             None => {
                 let left = pace * (whole - before);
                 say(&format!("{place}: running, about {} left for all", duration(left)));
-                let run = run(arguments, experiment, scale)?;
+                // A search keeps what it has found; the others begin anew.
+                let part = Part { resume: experiment.can_resume(), ..Part::default() };
+                let run = recorded(experiment, scale, &arguments.out, arguments.threads, part)?;
                 (run.directory, Some(run.trials), Some(run.failed))
             }
         };
@@ -170,26 +171,6 @@ fn experiments(arguments: &Arguments, scale: Scale) -> Result<Vec<(Experiment, b
         expected(&a.name).total_cmp(&expected(&b.name)).then_with(|| a.name.cmp(&b.name))
     });
     Ok(experiments)
-}
-
-fn run(arguments: &Arguments, experiment: &Experiment, scale: Scale) -> Result<evaluation::Run, Failure> {
-    let bar = Bar::new("trials");
-    let progress = |done: usize, total: usize| bar.set(done, total);
-    let options = RunOptions {
-        results: &arguments.out,
-        scale,
-        threads: arguments.threads,
-        // A search keeps what it has found; the others begin anew.
-        resume: experiment.can_resume(),
-        shard: None,
-        merge: &[],
-        build: build(),
-        command: command_line(),
-        progress: &progress,
-    };
-    let run = experiment.run(&options).map_err(failure)?;
-    bar.finish();
-    Ok(run)
 }
 
 /// When this program was built; where that is unknown, nothing counts as run by it.

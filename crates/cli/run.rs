@@ -4,9 +4,9 @@ use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
 use crate::report::page_failure;
 use clap::ValueEnum;
-use evaluation::{Build, EvaluationError, Experiment, Prediction, RunOptions, Scale, Shard};
+use evaluation::{Build, EvaluationError, Experiment, Prediction, Run, RunOptions, Scale, Shard};
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Run an experiment and record it.
 #[derive(clap::Args)]
@@ -29,13 +29,13 @@ pub struct Arguments {
     /// Worker threads; without this one per logical core. The records do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
-    /// Go on with the newest unfinished search of this experiment and scale; without one, begin.
+    /// Go on with the newest unfinished search or shard of this experiment and scale; without one, begin.
     #[arg(long)]
     resume: bool,
-    /// Judge only part i of N of a search's candidates, to be merged later.
+    /// Only part i of N, to be merged later: of a search's candidates, of the views of kind `filterable`.
     #[arg(long, value_name = "i/N", conflicts_with = "merge")]
     shard: Option<Shard>,
-    /// Run directory of a shard; give all of them to complete the search.
+    /// Run directory of a shard; give all of them to complete the run.
     #[arg(long, value_name = "DIR")]
     merge: Vec<PathBuf>,
     /// Say what a search will cost, and stop.
@@ -86,21 +86,8 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         let prediction = experiment.predict(arguments.threads).map_err(failure)?;
         return arguments.output.emit(&prediction, |out| describe(out, &prediction));
     }
-    let bar = Bar::new("trials");
-    let progress = |done: usize, total: usize| bar.set(done, total);
-    let options = RunOptions {
-        results: &arguments.out,
-        scale,
-        threads: arguments.threads,
-        resume: arguments.resume,
-        shard: arguments.shard,
-        merge: &arguments.merge,
-        build: build(),
-        command: command_line(),
-        progress: &progress,
-    };
-    let run = experiment.run(&options).map_err(failure)?;
-    bar.finish();
+    let part = Part { resume: arguments.resume, shard: arguments.shard, merge: &arguments.merge };
+    let run = recorded(&experiment, scale, &arguments.out, arguments.threads, part)?;
     let written = if run.complete {
         ::report::page(&run.directory).and_then(|page| page.write()).map_err(page_failure)?
     } else {
@@ -126,6 +113,32 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         }
         answer.files.iter().try_for_each(|file| writeln!(out, "  {file}"))
     })
+}
+
+/// What of an experiment is run.
+#[derive(Default)]
+pub struct Part<'a> {
+    pub resume: bool,
+    pub shard: Option<Shard>,
+    pub merge: &'a [PathBuf],
+}
+
+/// Runs an experiment with a progress bar.
+pub fn recorded(
+    experiment: &Experiment,
+    scale: Scale,
+    results: &Path,
+    threads: Option<usize>,
+    Part { resume, shard, merge }: Part<'_>,
+) -> Result<Run, Failure> {
+    let bar = Bar::new("trials");
+    let progress = |done: usize, total: usize| bar.set(done, total);
+    let (build, command) = (build(), command_line());
+    let options =
+        RunOptions { results, scale, threads, resume, shard, merge, build, command, progress: &progress };
+    let run = experiment.run(&options).map_err(failure)?;
+    bar.finish();
+    Ok(run)
 }
 
 fn describe(out: &mut dyn std::io::Write, prediction: &Prediction) -> std::io::Result<()> {
@@ -158,7 +171,7 @@ pub fn build() -> Build {
 }
 
 /// The command as it would be typed, without the path of the binary.
-pub fn command_line() -> String {
+fn command_line() -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+".contains(c);
     let words = std::env::args_os().skip(1).map(|word| {
         let word = word.to_string_lossy().into_owned();

@@ -6,21 +6,24 @@
 
 mod error;
 mod experiment;
-mod kernel;
+mod fragments;
 mod kinds;
 mod provenance;
 mod role;
 mod run;
 mod run_directory;
+mod shards;
+mod statistics;
 
 pub use error::EvaluationError;
 pub use experiment::{Experiment, Scale};
-pub use kernel::{Kernel, Region, Surface, uniform_distribution};
+pub use fragments::{BiasSetting, SceneSettings};
 pub use kinds::bounds::{
-    BoundsExperiment, BoundsRecord, BoundsSample, Figure, KernelRecord, Mark, Technique, Timing,
+    BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
+    KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
 };
 pub use kinds::filterable::{
-    AgreementRecord, BiasSetting, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
+    AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
     FilterableTechnique, FilterableTiming, MapSettings, Picture, PictureRecord, ViewRecord, map_name,
 };
 pub use kinds::quantization::{
@@ -30,26 +33,26 @@ pub use kinds::quantization::{
 };
 pub use kinds::search::{
     MarkRecord, Prediction, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord,
-    SearchReference, SearchSample, SearchTiming, SearchViewRecord, Shard, StageRecord,
+    SearchReference, SearchSample, SearchTiming, SearchViewRecord, StageRecord,
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    DEFAULT_CANDIDATES, EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting,
-    OrderShare, PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample,
-    SpeedTiming, SpeedViewRecord,
+    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare,
+    PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
+    SpeedViewRecord,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
-    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Timed,
-    WorstRecord,
+    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming, StabilityViewRecord,
 };
 pub use moment_problem::MomentBound;
-pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
+pub use provenance::{Build, Provenance, logical_cores};
 pub use role::{Role, with_role};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
+pub use shards::Shard;
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

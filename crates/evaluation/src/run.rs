@@ -3,9 +3,10 @@
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::experiment::{Experiment, Scale};
-use crate::kinds::search::{CHECKPOINT, Prediction, Shard};
+use crate::kinds::search::Prediction;
 use crate::provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
+use crate::shards::{self, Shard};
 use rayon::ThreadPoolBuilder;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -124,7 +125,7 @@ impl Experiment {
         // Last, because it marks the run as complete.
         directory.write("provenance.json", &json)?;
         // Everything in it is in the records.
-        directory.remove(CHECKPOINT);
+        directory.remove(shards::FILE);
         Ok(Run { directory, trials: recorded.trials, failed: recorded.failed, complete: true })
     }
 
@@ -159,31 +160,30 @@ impl Experiment {
     pub fn predict(&self, threads: Option<usize>) -> Result<Prediction, EvaluationError> {
         let (threads, pool) = pool(threads)?;
         let prediction = pool.install(|| self.settings.predict(threads));
-        prediction.unwrap_or_else(|| Err(self.no_search("--dry-run")))
+        prediction.unwrap_or_else(|| Err(self.refused("--dry-run")))
     }
 
     fn check_options(&self, options: &RunOptions<'_>) -> Result<(), EvaluationError> {
-        if self.can_resume() {
-            if options.shard.is_some() && !options.merge.is_empty() {
-                let reason = "--shard and --merge exclude each other: shards are merged into the whole";
-                return Err(EvaluationError::Value(reason.to_owned()));
-            }
-            return Ok(());
+        let kind = self.settings.kind();
+        let (shard, merge) = (options.shard.is_some(), !options.merge.is_empty());
+        if shard && merge {
+            let reason = "--shard and --merge exclude each other: shards are merged into the whole";
+            return Err(EvaluationError::Value(reason.to_owned()));
         }
-        let given = [
-            ("--resume", options.resume),
-            ("--shard", options.shard.is_some()),
-            ("--merge", !options.merge.is_empty()),
+        let refused = [
+            ("--shard", shard && !kind.is_divisible),
+            ("--merge", merge && !kind.is_divisible),
+            ("--resume", options.resume && !kind.is_resumable && !(shard && kind.is_divisible)),
         ];
-        match given.iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(self.no_search(option)),
+        match refused.iter().find(|(_, refused)| *refused) {
+            Some((option, _)) => Err(self.refused(option)),
             None => Ok(()),
         }
     }
 
-    fn no_search(&self, option: &str) -> EvaluationError {
-        let reason = format!("{option} needs an experiment of kind \"search\", which `{}` is not", self.name);
-        EvaluationError::Value(reason)
+    fn refused(&self, option: &str) -> EvaluationError {
+        let (name, kind) = (&self.name, self.kind_name());
+        EvaluationError::Value(format!("{option} is not for experiments of kind \"{kind}\" such as `{name}`"))
     }
 
     /// Program and resolved experiment: what findings of an earlier run must agree with.

@@ -2,13 +2,13 @@
 
 use crate::error::EvaluationError;
 use crate::provenance::Provenance;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// A recorded file: its name and bytes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct RecordedFile {
     /// File name within the run directory.
     pub name: String,

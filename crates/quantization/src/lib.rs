@@ -49,6 +49,6 @@ pub use format::NumberFormat;
 pub use interval::DepthInterval;
 pub use moment_matrix::MomentMatrix;
 pub use optimise::{Optimum, Search, Structure, gain_bits, optimise, transform_range};
-pub use range::{Range, range};
+pub use range::{Range, plain, range};
 pub use summed_area::{Rectangle, SummedAreaTable};
 pub use transform::AffineTransform;

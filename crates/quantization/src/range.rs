@@ -1,6 +1,8 @@
 //! The exact range of a row on an interval of depths, enclosed with interval arithmetic.
 
+use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
+use crate::transform::AffineTransform;
 use moment_problem::Basis;
 use moment_problem::arithmetic::{Ball, DoubleDouble, Field, Jet};
 
@@ -36,6 +38,23 @@ pub struct Range {
 /// If there is not one coefficient more than the basis has functions.
 pub fn range(basis: &Basis, coefficients: &[DoubleDouble], interval: DepthInterval) -> Range {
     ranges(basis, &[coefficients.to_vec()], interval)[0]
+}
+
+/// Each function of the basis stretched to \[0, 1\] by itself, by its range on the interval.
+///
+/// # Errors
+/// [`QuantizationError::NotInvertible`] for a function that is constant on the interval.
+pub fn plain(basis: &Basis, interval: DepthInterval) -> Result<AffineTransform, QuantizationError> {
+    let m = basis.len();
+    let alone = |i: usize| {
+        let mut coefficients = vec![DoubleDouble::from(0.0); m + 1];
+        coefficients[i + 1] = DoubleDouble::from(1.0);
+        range(basis, &coefficients, interval)
+    };
+    let ranges: Vec<Range> = (0..m).map(alone).collect();
+    let factors = ranges.iter().map(|range| 1.0 / (range.max - range.min)).collect();
+    let offset = ranges.iter().map(|range| -range.min / (range.max - range.min)).collect();
+    AffineTransform::diagonal(factors, offset)
 }
 
 /// The largest value of one function: what is known so far.

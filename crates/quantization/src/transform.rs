@@ -59,6 +59,19 @@ impl AffineTransform {
         Self { order, inverse: matrix.clone(), matrix, offset: vec![0.0; order], log2_determinant: 0.0 }
     }
 
+    /// Each value by itself: factor times value + offset.
+    ///
+    /// # Errors
+    /// As [`AffineTransform::new`].
+    pub fn diagonal(factors: Vec<f64>, offset: Vec<f64>) -> Result<Self, QuantizationError> {
+        let m = factors.len();
+        let mut matrix = vec![0.0; m * m];
+        for (i, factor) in factors.into_iter().enumerate() {
+            matrix[i * m + i] = factor;
+        }
+        Self::new(matrix, offset)
+    }
+
     /// Number m of moments.
     pub fn order(&self) -> usize {
         self.order

@@ -55,6 +55,11 @@ impl DepthBias {
     pub fn depth(&self, receiver: &Receiver, texel_depth: f64, slope_limit: f64) -> f64 {
         self.texels * texel_depth + self.slopes * receiver.slope(slope_limit)
     }
+
+    /// The depth that techniques compare at a receiver: its own minus the bias, within \[0, 1\].
+    pub fn compared(&self, receiver: &Receiver, texel_depth: f64, slope_limit: f64) -> f64 {
+        (receiver.depth - self.depth(receiver, texel_depth, slope_limit)).clamp(0.0, 1.0)
+    }
 }
 
 /// How F is computed: each tap is compared with the receiver's tangent plane at that tap, moved by a bias.

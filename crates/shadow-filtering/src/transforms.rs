@@ -3,10 +3,8 @@
 use crate::basis::AnyBasis;
 use crate::error::FilteringError;
 use crate::spec::TechniqueSpec;
-use moment_problem::MomentBound;
-use moment_problem::arithmetic::DoubleDouble;
 use quantization::published::{ALL, Published};
-use quantization::{AffineTransform, DepthInterval, QuantizationError, Search, optimise, range};
+use quantization::{AffineTransform, QuantizationError, Search, optimise, plain};
 
 /// Depths at which the range of a stored value is looked for; half a cell off, a cosine misses its maximum by 1e-8.
 const RANGE_SAMPLES: usize = 1 << 14;
@@ -50,7 +48,7 @@ pub(crate) fn transform(
         "sampled" => search.map(|_| sampled(basis)),
         "plain" => {
             let (bound, interval) = moments()?;
-            search.map(|_| plain(bound, interval))
+            search.map(|_| plain(&bound.basis(), interval))
         }
         "optimal" => {
             let (bound, interval) = moments()?;
@@ -59,22 +57,6 @@ pub(crate) fn transform(
         _ => published(spec)?.map(|published| published.transform()),
     };
     Ok(computed.unwrap_or_else(|| Ok(AffineTransform::identity(basis.channels())))?)
-}
-
-/// Each function stretched to \[0, 1\] by itself, by its exact range.
-fn plain(bound: MomentBound, interval: DepthInterval) -> Result<AffineTransform, QuantizationError> {
-    let basis = bound.basis();
-    let m = basis.len();
-    let (mut matrix, mut offset) = (vec![0.0; m * m], vec![0.0; m]);
-    for i in 0..m {
-        let mut coefficients = vec![DoubleDouble::from(0.0); m + 1];
-        coefficients[i + 1] = DoubleDouble::from(1.0);
-        let range = range(&basis, &coefficients, interval);
-        let (min, max) = (range.min, range.max);
-        matrix[i * m + i] = 1.0 / (max - min);
-        offset[i] = -min / (max - min);
-    }
-    AffineTransform::new(matrix, offset)
 }
 
 /// Each value stretched to \[0, 1\] by itself, by its range at samples.
@@ -88,11 +70,7 @@ fn sampled(basis: &dyn AnyBasis) -> Result<AffineTransform, QuantizationError> {
             *range = [range[0].min(value), range[1].max(value)];
         }
     }
-    let (mut matrix, mut offset) = (vec![0.0; m * m], vec![0.0; m]);
-    for (i, [low, high]) in ranges.into_iter().enumerate() {
-        let width = (high - low) * (1.0 + 2.0 * RANGE_MARGIN);
-        matrix[i * m + i] = 1.0 / width;
-        offset[i] = RANGE_MARGIN - low / width;
-    }
-    AffineTransform::new(matrix, offset)
+    let widths = ranges.iter().map(|[low, high]| (high - low) * (1.0 + 2.0 * RANGE_MARGIN));
+    let offset = ranges.iter().zip(widths.clone()).map(|([low, _], width)| RANGE_MARGIN - low / width);
+    AffineTransform::diagonal(widths.clone().map(|width| 1.0 / width).collect(), offset.collect())
 }

@@ -1,5 +1,6 @@
 //! Reading `experiments/*.toml`: a question, an expectation, the trials as data, and overrides per scale.
 
+pub(crate) mod keys;
 pub(crate) mod kind;
 mod lines;
 

@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 /// weight, depths fractions of the depth range.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct BoundsRecord {
-    /// Figure id.
+    /// BoundsFigure id.
     pub figure: String,
-    /// Kernel id.
+    /// SyntheticKernel id.
     pub kernel: String,
-    /// Technique.
+    /// BoundsTechnique.
     pub technique: String,
     /// Number m of stored moments.
     pub moments: usize,
@@ -34,7 +34,7 @@ pub struct BoundsRecord {
 /// One row of kernels.csv: a texel.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct KernelRecord {
-    /// Kernel id.
+    /// SyntheticKernel id.
     pub kernel: String,
     /// Column of the texel.
     pub x_texel: usize,
@@ -47,11 +47,11 @@ pub struct KernelRecord {
 /// One row of samples.csv: one timed call that computed both bounds and their certificate.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct BoundsSample {
-    /// Figure id.
+    /// BoundsFigure id.
     pub figure: String,
-    /// Kernel id.
+    /// SyntheticKernel id.
     pub kernel: String,
-    /// Technique.
+    /// BoundsTechnique.
     pub technique: String,
     /// Fragment depth.
     pub z_f: f64,

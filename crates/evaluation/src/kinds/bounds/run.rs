@@ -1,10 +1,10 @@
 //! Bounds over all fragment depths, in parallel; some of them timed alone.
 
+use super::kernel::uniform_distribution;
 use super::records::{BoundsRecord, BoundsSample, KernelRecord};
-use super::settings::{BoundsExperiment, Figure, Technique, Timing};
+use super::settings::{BoundsExperiment, BoundsFigure, BoundsTechnique, BoundsTiming};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
-use crate::kernel::uniform_distribution;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use moment_problem::Method;
@@ -28,7 +28,7 @@ struct Trial {
 }
 
 /// The experiment with its kernels evaluated and its methods prepared.
-struct Plan<'a> {
+struct BoundsPlan<'a> {
     experiment: &'a BoundsExperiment,
     texels: Vec<Vec<f64>>,
     distributions: Vec<DepthDistribution>,
@@ -38,7 +38,7 @@ struct Plan<'a> {
 }
 
 impl BoundsExperiment {
-    fn plan(&self) -> Result<Plan<'_>, EvaluationError> {
+    fn plan(&self) -> Result<BoundsPlan<'_>, EvaluationError> {
         let mut texels = Vec::new();
         let mut distributions = Vec::new();
         for (i, kernel) in self.kernel.iter().enumerate() {
@@ -49,7 +49,8 @@ impl BoundsExperiment {
         let mut methods = Vec::new();
         let mut trials = Vec::new();
         for (figure, settings) in self.figure.iter().enumerate() {
-            methods.push(settings.technique.iter().map(Technique::method).collect::<Result<Vec<_>, _>>()?);
+            methods
+                .push(settings.technique.iter().map(BoundsTechnique::method).collect::<Result<Vec<_>, _>>()?);
             for id in &settings.kernels {
                 let kernel = self.kernel_index(id)?;
                 let depths = self.fragment_depths(settings, &distributions[kernel]);
@@ -58,11 +59,11 @@ impl BoundsExperiment {
                 }
             }
         }
-        Ok(Plan { experiment: self, texels, distributions, methods, trials })
+        Ok(BoundsPlan { experiment: self, texels, distributions, methods, trials })
     }
 
     /// The uniform grid, the depths that the figure points at, and those of a kernel that has only a few.
-    fn fragment_depths(&self, figure: &Figure, z: &DepthDistribution) -> Vec<f64> {
+    fn fragment_depths(&self, figure: &BoundsFigure, z: &DepthDistribution) -> Vec<f64> {
         let count = figure.depths.unwrap_or(self.depths);
         let cells = (count - 1) as f64;
         let mut depths: Vec<f64> = (0..count).map(|i| i as f64 / cells).collect();
@@ -99,7 +100,7 @@ impl BoundsExperiment {
     }
 }
 
-impl Plan<'_> {
+impl BoundsPlan<'_> {
     fn bounds(&self, trial: &Trial) -> Result<Bounds, moment_problem::MomentError> {
         let method = &self.methods[trial.figure][trial.technique];
         method.bounds_of(&self.distributions[trial.kernel], trial.z_f)
@@ -144,7 +145,7 @@ impl Plan<'_> {
 
     /// Timed one after the other; failed trials are left out.
     fn time(&self, records: &[BoundsRecord]) -> Vec<BoundsSample> {
-        let Timing { depths, repetitions } = self.experiment.timing;
+        let BoundsTiming { depths, repetitions } = self.experiment.timing;
         let mut samples = Vec::new();
         let same =
             |a: &Trial, b: &Trial| (a.figure, a.technique, a.kernel) == (b.figure, b.technique, b.kernel);

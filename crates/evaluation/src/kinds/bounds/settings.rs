@@ -1,8 +1,9 @@
 //! The keys of an experiment of kind `bounds`.
 
+use super::kernel::SyntheticKernel;
 use crate::error::EvaluationError;
+use crate::experiment::keys::{file_name, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::kernel::Kernel;
 use crate::run::Recorded;
 use moment_problem::Basis;
 use moment_problem::{Interval, Method, Solver, method};
@@ -24,17 +25,17 @@ pub struct BoundsExperiment {
     /// Number of fragment depths, evenly spaced from 0 to 1.
     pub depths: usize,
     /// What is timed after all errors are known.
-    pub timing: Timing,
+    pub timing: BoundsTiming,
     /// The kernels.
-    pub kernel: Vec<Kernel>,
+    pub kernel: Vec<SyntheticKernel>,
     /// The figures.
-    pub figure: Vec<Figure>,
+    pub figure: Vec<BoundsFigure>,
 }
 
 /// Timed bounds per kernel and technique.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Timing {
+pub struct BoundsTiming {
     /// Fragment depths, spread over the recorded ones.
     pub depths: usize,
     /// How often each is timed.
@@ -44,7 +45,7 @@ pub struct Timing {
 /// One figure: techniques on kernels.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Figure {
+pub struct BoundsFigure {
     /// File name without extension, and its name in the records.
     pub id: String,
     /// Title.
@@ -54,16 +55,16 @@ pub struct Figure {
     /// Kernels, one column of charts each.
     pub kernels: Vec<String>,
     /// Techniques.
-    pub technique: Vec<Technique>,
+    pub technique: Vec<BoundsTechnique>,
     /// Arrows at fragment depths.
     #[serde(default)]
-    pub mark: Vec<Mark>,
+    pub mark: Vec<BoundsMark>,
 }
 
 /// A basis, its interval and the method.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Technique {
+pub struct BoundsTechnique {
     /// Name in records and legends.
     pub name: String,
     /// Techniques of one panel share a row of charts.
@@ -80,7 +81,7 @@ pub struct Technique {
 /// An arrow in a chart.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Mark {
+pub struct BoundsMark {
     /// Fragment depth it points at.
     pub depth: f64,
     /// Whether the shadow is right there.
@@ -97,34 +98,34 @@ impl Settings for BoundsExperiment {
     }
 
     fn check(&self) -> Result<(), EvaluationError> {
-        let fail = |reason: String| Err(EvaluationError::Value(reason));
-        for depths in [self.depths].into_iter().chain(self.figure.iter().filter_map(|figure| figure.depths)) {
+        let figures = self.figure.iter().enumerate();
+        let own = figures.filter_map(|(i, figure)| Some((format!("figure[{i}].depths"), figure.depths?)));
+        for (key, depths) in [("depths".to_owned(), self.depths)].into_iter().chain(own) {
             if !(2..=MAX_DEPTHS).contains(&depths) {
-                return fail(format!("depths = {depths} is not between 2 and {MAX_DEPTHS}"));
+                let reason = format!("{key} = {depths} is not between 2 and {MAX_DEPTHS}");
+                return Err(EvaluationError::key(key, reason));
             }
         }
+        unique(("kernel", "id", "kernel"), self.kernel.iter().map(|kernel| kernel.id.as_str()))?;
         for (i, kernel) in self.kernel.iter().enumerate() {
-            if self.kernel[..i].iter().any(|other| other.id == kernel.id) {
-                return fail(format!("kernel `{}` appears twice", kernel.id));
-            }
             kernel.depths(self.seed, i)?;
         }
+        unique(("figure", "id", "figure"), self.figure.iter().map(|figure| figure.id.as_str()))?;
         for (i, figure) in self.figure.iter().enumerate() {
-            if self.figure[..i].iter().any(|other| other.id == figure.id) {
-                return fail(format!("figure `{}` appears twice", figure.id));
+            file_name(&format!("figure[{i}].id"), "figure", &figure.id)?;
+            for (j, id) in figure.kernels.iter().enumerate() {
+                let undefined = |error: EvaluationError| {
+                    EvaluationError::key(format!("figure[{i}].kernels[{j}]"), error.to_string())
+                };
+                self.kernel_index(id).map_err(undefined)?;
             }
-            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-            if figure.id.is_empty() || !figure.id.chars().all(plain) {
-                return fail(format!("figure id `{}` is no file name of letters, digits and -", figure.id));
-            }
-            for id in &figure.kernels {
-                self.kernel_index(id)?;
-            }
+            let list = format!("figure[{i}].technique");
+            unique((&list, "name", "technique"), figure.technique.iter().map(|t| t.name.as_str()))?;
             for (j, technique) in figure.technique.iter().enumerate() {
-                if figure.technique[..j].iter().any(|other| other.name == technique.name) {
-                    return fail(format!("technique `{}` appears twice in one figure", technique.name));
-                }
-                technique.basis()?;
+                let fail = |error: EvaluationError| {
+                    EvaluationError::key(format!("{list}[{j}].basis"), error.to_string())
+                };
+                technique.basis().map_err(fail)?;
             }
         }
         Ok(())
@@ -142,7 +143,7 @@ impl BoundsExperiment {
     }
 }
 
-impl Technique {
+impl BoundsTechnique {
     /// The basis.
     pub fn basis(&self) -> Result<Basis, EvaluationError> {
         self.basis.parse().map_err(|error: moment_problem::BasisError| self.failure(error.into()))

@@ -1,15 +1,19 @@
 //! Closed forms against the certified linear program, on the very moments of real fragments.
 
-use super::evaluate::{Plan, spread};
+use super::evaluate::FilterablePlan;
 use super::records::AgreementRecord;
 use super::view::View;
 use crate::error::EvaluationError;
+use crate::fragments::spread;
 use moment_problem::Interval;
 use rayon::prelude::*;
 use shadow_filtering::{TechniqueSpec, encode, filter};
 
 /// One row for each technique whose bound has a linear program on \[0, 1\]: Hausdorff 4 and trigonometric 4.
-pub(crate) fn compare(plan: &Plan<'_>, view: &View) -> Result<Vec<AgreementRecord>, EvaluationError> {
+pub(crate) fn compare(
+    plan: &FilterablePlan<'_>,
+    view: &View,
+) -> Result<Vec<AgreementRecord>, EvaluationError> {
     let mut records = Vec::new();
     let wanted = plan.experiment.agreement_fragments;
     for settings in plan.experiment.technique.iter().filter(|_| wanted > 0) {

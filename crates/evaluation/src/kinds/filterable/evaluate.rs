@@ -1,23 +1,29 @@
-//! From an experiment to its tables.
+//! Techniques on the fragments of views.
 
 use super::agreement;
 use super::maps;
 use super::picture;
-use super::records::{AgreementRecord, FilterableRecord, ViewRecord};
 use super::settings::{FilterableExperiment, FilterableTechnique};
-use super::statistics::{Group, Outcome, TOLERANCE, record};
+use super::statistics::{Outcome, TOLERANCE};
+use super::tables::{Finding, Tables};
 use super::timing;
-use super::view::{CLASSES, LoadedScene, Sample, View};
+use super::view::{Sample, View};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
+use crate::fragments::{LoadedScene, spread};
+use crate::provenance::sha256;
 use crate::run::Recorded;
-use crate::run_directory::RecordedFile;
+use crate::shards::{self, Shard};
 use rayon::prelude::*;
+use scenes::LightView;
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{ChannelMap, FilteringError, Kernel, Receiver, Technique, encode, filter};
+use std::collections::HashMap;
+use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A technique prepared for any view.
-pub(crate) enum Method {
+pub(crate) enum PreparedTechnique {
     Prefiltered(Box<Technique>),
     Comparison(Kernel),
 }
@@ -28,7 +34,7 @@ pub(crate) enum Shader<'a> {
     Comparison(&'a Kernel, &'a View),
 }
 
-impl Method {
+impl PreparedTechnique {
     pub(crate) fn new(settings: &FilterableTechnique) -> Result<Self, EvaluationError> {
         let method = match (&settings.method, &settings.comparison) {
             (Some(method), _) => method.build().map(|technique| Self::Prefiltered(Box::new(technique))),
@@ -55,11 +61,11 @@ impl Method {
         })
     }
 
-    fn is_bound(&self) -> bool {
+    pub(super) fn is_bound(&self) -> bool {
         matches!(self, Self::Prefiltered(technique) if technique.is_lower_bound())
     }
 
-    fn bits_per_texel(&self) -> usize {
+    pub(super) fn bits_per_texel(&self) -> usize {
         match self {
             Self::Prefiltered(technique) => technique.bits_per_texel(),
             // A single-precision depth.
@@ -79,24 +85,24 @@ impl Shader<'_> {
 }
 
 /// The experiment with everything that does not depend on a view.
-pub(crate) struct Plan<'a> {
+pub(crate) struct FilterablePlan<'a> {
     pub(crate) experiment: &'a FilterableExperiment,
     pub(crate) kernel: Kernel,
-    pub(crate) methods: Vec<Method>,
+    pub(crate) methods: Vec<PreparedTechnique>,
 }
 
 /// Outcomes of one technique on one view, by bias.
-struct Evaluated {
-    by_bias: Vec<Vec<Outcome>>,
-    error: String,
+#[derive(Clone, Deserialize, Serialize)]
+pub(super) struct Evaluated {
+    pub(super) by_bias: Vec<Vec<Outcome>>,
+    pub(super) error: String,
 }
 
-impl Plan<'_> {
+impl FilterablePlan<'_> {
     /// Depth that techniques compare under a bias.
     pub(crate) fn compared(&self, view: &View, receiver: &Receiver, bias: usize) -> f64 {
         let settings = &self.experiment.bias[bias].technique;
-        let limit = self.experiment.plane_limit;
-        (receiver.depth - settings.depth(receiver, view.texel_depth, limit)).clamp(0.0, 1.0)
+        settings.compared(receiver, view.texel_depth, self.experiment.scenery.plane_limit)
     }
 
     /// F under a bias.
@@ -160,7 +166,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn new(plan: &Plan<'_>, view: &View) -> Self {
+    fn new(plan: &FilterablePlan<'_>, view: &View) -> Self {
         let each = |of: &(dyn Fn(&Receiver) -> f64 + Sync)| -> Vec<f64> {
             view.samples.par_iter().map(|sample| of(&sample.receiver)).collect()
         };
@@ -174,138 +180,91 @@ impl Truth {
     }
 }
 
-/// Evenly spread indices, at most `wanted`.
-pub(crate) fn spread(all: usize, wanted: usize) -> Vec<usize> {
-    if wanted >= all {
-        return (0..all).collect();
+impl FilterablePlan<'_> {
+    /// All techniques on one view. `number` counts views over all scenes.
+    fn finding(
+        &self,
+        (scene, light): (&LoadedScene<'_>, &LightView),
+        number: usize,
+        progress: &dyn Fn(),
+    ) -> Result<Finding, EvaluationError> {
+        let view = View::prepare(self.experiment, &self.kernel, scene, light, number)?;
+        let truth = Truth::new(self, &view);
+        let mut evaluated = Vec::new();
+        for technique in 0..self.methods.len() {
+            evaluated.push(self.evaluate(technique, &view, &truth)?);
+            progress();
+        }
+        let mut pictures = picture::Tables::default();
+        let agreement = agreement::compare(self, &view)?;
+        let files = maps::draw(self, &view)?;
+        picture::draw(self, &view, &mut pictures)?;
+        let samples = if number == 0 { timing::time(self, &view)? } else { Vec::new() };
+        let (is_complete, view) = (view.is_complete(), view.record(&truth.reference[0]));
+        Ok(Finding { view, is_complete, evaluated, agreement, files, pictures, samples })
     }
-    (0..wanted).map(|i| (2 * i + 1) * all / (2 * wanted)).collect()
-}
-
-/// What is kept of the views.
-#[derive(Default)]
-struct Tables {
-    views: Vec<ViewRecord>,
-    complete: Vec<bool>,
-    /// By technique and view.
-    evaluated: Vec<Vec<Evaluated>>,
-    agreement: Vec<AgreementRecord>,
-    files: Vec<RecordedFile>,
-    pictures: picture::Tables,
-    samples: Vec<super::records::FilterableSample>,
 }
 
 impl FilterableExperiment {
-    fn plan(&self) -> Result<Plan<'_>, EvaluationError> {
-        let kernel = self.kernel.build().map_err(|e| EvaluationError::Value(format!("kernel: {e}")))?;
-        let methods = self.technique.iter().map(Method::new).collect::<Result<_, _>>()?;
-        Ok(Plan { experiment: self, kernel, methods })
+    fn plan(&self) -> Result<FilterablePlan<'_>, EvaluationError> {
+        let kernel = self.scenery.filter()?;
+        let methods = self.technique.iter().map(PreparedTechnique::new).collect::<Result<_, _>>()?;
+        Ok(FilterablePlan { experiment: self, kernel, methods })
     }
 
-    /// Evaluates view by view, then times alone.
+    /// Evaluates view by view; the first one is timed as well.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;
-        let mut tables = Tables::default();
-        tables.evaluated.resize_with(self.technique.len(), Vec::new);
-        let scenes = LoadedScene::load_all(&self.scenes, &self.views)?;
+        let scenes = LoadedScene::load_all(&self.scenery.scenes, &self.scenery.views)?;
         for picture in self.picture.iter().enumerate() {
             picture::check(picture, &scenes)?;
         }
-        let total = scenes.iter().map(|scene| scene.lights.len()).sum::<usize>() * self.technique.len();
-        let done = AtomicUsize::new(0);
-        let mut number = 0;
-        for scene in &scenes {
-            for light in &scene.lights {
-                let view = View::prepare(self, &plan.kernel, scene, light, number)?;
-                number += 1;
-                let truth = Truth::new(&plan, &view);
-                for technique in 0..self.technique.len() {
-                    let evaluated = plan.evaluate(technique, &view, &truth)?;
-                    tables.evaluated[technique].push(evaluated);
-                    (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-                }
-                tables.views.push(view.record(&truth.reference[0]));
-                tables.complete.push(view.is_complete());
-                tables.agreement.extend(agreement::compare(&plan, &view)?);
-                tables.files.extend(maps::draw(&plan, &view)?);
-                picture::draw(&plan, &view, &mut tables.pictures)?;
-                if number == 1 {
-                    tables.samples = timing::time(&plan, &view)?;
-                }
+        let views: Vec<_> =
+            scenes.iter().flat_map(|scene| scene.lights.iter().map(move |light| (scene, light))).collect();
+        let shard = context.shard.unwrap_or(Shard::WHOLE);
+        let wanted: Vec<usize> = (0..views.len()).filter(|&number| shard.contains(number)).collect();
+        // A whole run keeps its findings in memory: written down they are much larger than its records.
+        let is_divided = context.shard.is_some() || !context.merge.is_empty();
+        let (mut known, mut checkpoint) = if is_divided {
+            let inputs = self.inputs(context)?;
+            let (known, checkpoint) =
+                shards::open::<Finding>(context, &inputs, || (0..views.len()).collect())?;
+            (known, Some(checkpoint))
+        } else {
+            (HashMap::new(), None)
+        };
+        let (done, total) = (AtomicUsize::new(0), wanted.len() * self.technique.len());
+        for &number in &wanted {
+            let count = || (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+            if known.contains_key(&number) {
+                (0..self.technique.len()).for_each(|_| count());
+                continue;
             }
+            let finding = plan.finding(views[number], number, &count)?;
+            if let Some(checkpoint) = &mut checkpoint {
+                checkpoint.append(&[(number, finding.clone())])?;
+                checkpoint.sync()?;
+            }
+            known.insert(number, finding);
         }
-        tables.recorded(&plan)
-    }
-}
-
-impl Tables {
-    fn recorded(self, plan: &Plan<'_>) -> Result<Recorded, EvaluationError> {
-        let records = self.records(plan);
-        let trials = records.len() + self.agreement.len();
-        let failed = records.iter().filter(|record| !record.error.is_empty()).count()
-            + self.agreement.iter().filter(|record| record.failed > 0).count();
-        let mut files = self.files;
-        files.extend([
-            RecordedFile::csv("records.csv", &records)?,
-            RecordedFile::csv("views.csv", &self.views)?,
-            RecordedFile::csv("samples.csv", &self.samples)?,
-        ]);
-        if !self.agreement.is_empty() {
-            files.push(RecordedFile::csv("agreement.csv", &self.agreement)?);
+        if context.shard.is_some() {
+            return Ok(Recorded { files: Vec::new(), trials: total, failed: 0, complete: false });
         }
-        if !self.pictures.kernels.is_empty() {
-            files.push(RecordedFile::csv("kernels.csv", &self.pictures.kernels)?);
-            files.push(RecordedFile::csv("curves.csv", &self.pictures.curves)?);
-        }
-        Ok(Recorded { files, trials, failed, complete: true })
+        Tables::new((0..views.len()).filter_map(|number| known.remove(&number))).recorded(&plan)
     }
 
-    /// Rows per view, per scene and pooled, the latter two by class too; for all biases but the first only the pooled row.
-    fn records(&self, plan: &Plan<'_>) -> Vec<FilterableRecord> {
-        let mut scenes: Vec<&str> = Vec::new();
-        for view in &self.views {
-            if !scenes.contains(&view.scene.as_str()) {
-                scenes.push(&view.scene);
+    /// A hash of what findings depend on: program, settings and the files of scenes.
+    fn inputs(&self, context: &RunContext<'_>) -> Result<String, EvaluationError> {
+        let mut text = context.identity.clone();
+        for (scene, index) in self.scenery.scenes.iter().zip(0..) {
+            let path = Path::new(scene);
+            if path.is_file() {
+                let bytes = std::fs::read(path).map_err(|error| {
+                    EvaluationError::key(format!("scenes[{index}]"), format!("scene `{scene}`: {error}"))
+                })?;
+                text += &sha256(&bytes);
             }
         }
-        let mut records = Vec::new();
-        for bias in 0..plan.experiment.bias.len() {
-            for (technique, settings) in plan.experiment.technique.iter().enumerate() {
-                let mut push = |scene: &str, name: &str, views: Vec<usize>, class: Option<usize>| {
-                    let evaluated = || views.iter().map(|&view| &self.evaluated[technique][view]);
-                    let outcomes: Vec<&[Outcome]> = evaluated().map(|e| e.by_bias[bias].as_slice()).collect();
-                    let error = evaluated().map(|e| e.error.as_str()).find(|error| !error.is_empty());
-                    let group = Group {
-                        scene,
-                        view: name,
-                        technique: &settings.name,
-                        bias,
-                        class,
-                        sampled: settings.is_certified() || !views.iter().all(|&view| self.complete[view]),
-                        is_bound: plan.methods[technique].is_bound(),
-                        bits_per_texel: plan.methods[technique].bits_per_texel(),
-                    };
-                    records.push(record(&group, &outcomes, error.unwrap_or_default()));
-                };
-                if bias > 0 {
-                    push("all", "all", (0..self.views.len()).collect(), None);
-                    continue;
-                }
-                for (index, view) in self.views.iter().enumerate() {
-                    push(&view.scene, &view.view, vec![index], None);
-                }
-                let classes = || [None].into_iter().chain((0..CLASSES).map(Some));
-                for scene in &scenes {
-                    let of_scene = |&view: &usize| self.views[view].scene == *scene;
-                    for class in classes() {
-                        push(scene, "all", (0..self.views.len()).filter(of_scene).collect(), class);
-                    }
-                }
-                for class in classes() {
-                    push("all", "all", (0..self.views.len()).collect(), class);
-                }
-            }
-        }
-        records
+        Ok(sha256(text.as_bytes()))
     }
 }

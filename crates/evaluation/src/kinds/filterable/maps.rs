@@ -1,9 +1,10 @@
 //! Signed error maps in light space: one grey PNG per technique and view, 128 where G = F, one step 1/127 of intensity,
 //! darker where light leaks, brighter where the shadow is too dark. A texel shows its fragment of largest error.
 
-use super::evaluate::Plan;
+use super::evaluate::FilterablePlan;
 use super::view::View;
 use crate::error::EvaluationError;
+use crate::experiment::keys::words;
 use crate::run_directory::RecordedFile;
 use image::{GrayImage, ImageFormat, Luma};
 use rayon::prelude::*;
@@ -11,7 +12,7 @@ use shadow_filtering::Receiver;
 use std::io::Cursor;
 
 /// The maps of a view, if the experiment wants any.
-pub(crate) fn draw(plan: &Plan<'_>, view: &View) -> Result<Vec<RecordedFile>, EvaluationError> {
+pub(crate) fn draw(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<RecordedFile>, EvaluationError> {
     let settings = &plan.experiment.maps;
     if !settings.covers(&view.scene, &view.name) {
         return Ok(Vec::new());
@@ -41,18 +42,7 @@ pub(crate) fn draw(plan: &Plan<'_>, view: &View) -> Result<Vec<RecordedFile>, Ev
 pub fn map_name(scene: &str, view: &str, technique: &str) -> String {
     // Only a scene can be a path.
     let technique = technique.replace('.', "-");
-    format!("map-{}-{}-{}.png", plain(scene), plain(view), plain(&technique))
-}
-
-/// The words of a name or of a file's stem, in lower case with hyphens between them.
-pub(crate) fn plain(text: &str) -> String {
-    let stem = std::path::Path::new(text).file_stem().map_or(text.into(), |stem| stem.to_string_lossy());
-    let words: Vec<String> = stem
-        .split(|c: char| !c.is_ascii_alphanumeric())
-        .filter(|word| !word.is_empty())
-        .map(str::to_ascii_lowercase)
-        .collect();
-    words.join("-")
+    format!("map-{}-{}-{}.png", words(scene), words(view), words(&technique))
 }
 
 /// The error of largest size in each block of texels, as grey.

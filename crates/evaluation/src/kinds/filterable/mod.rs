@@ -5,19 +5,18 @@
 //! nothing covers have depth 1, as in a shadow map cleared to the far plane.
 
 mod agreement;
-pub(crate) mod evaluate;
-pub(crate) mod maps;
+mod evaluate;
+mod maps;
 mod picture;
-pub(crate) mod records;
-pub(crate) mod settings;
-pub(crate) mod statistics;
+mod records;
+mod settings;
+mod statistics;
+mod tables;
 mod timing;
-pub(crate) mod view;
+mod view;
 
 pub use maps::map_name;
 pub use records::{
     AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PictureRecord, ViewRecord,
 };
-pub use settings::{
-    BiasSetting, FilterableExperiment, FilterableTechnique, FilterableTiming, MapSettings, Picture,
-};
+pub use settings::{FilterableExperiment, FilterableTechnique, FilterableTiming, MapSettings, Picture};

@@ -1,15 +1,18 @@
 //! The picture of a single kernel: F and the techniques over all fragment depths (MSM15 Figure 2).
 
-use super::evaluate::Plan;
-use super::records::{CurveRecord, PictureRecord, rounded};
+use super::evaluate::FilterablePlan;
+use super::records::{CurveRecord, PictureRecord};
 use super::settings::Picture;
-use super::view::{LoadedScene, View};
+use super::view::View;
 use crate::error::EvaluationError;
+use crate::fragments::LoadedScene;
+use crate::statistics::rounded;
+use serde::{Deserialize, Serialize};
 
 /// Fragment depths from 0 to 1.
 const DEPTHS: usize = 241;
 
-#[derive(Default)]
+#[derive(Clone, Default, Deserialize, Serialize)]
 pub(crate) struct Tables {
     pub(crate) kernels: Vec<PictureRecord>,
     pub(crate) curves: Vec<CurveRecord>,
@@ -35,7 +38,11 @@ pub(crate) fn check(
 }
 
 /// Adds the pictures of a view to the tables.
-pub(crate) fn draw(plan: &Plan<'_>, view: &View, tables: &mut Tables) -> Result<(), EvaluationError> {
+pub(crate) fn draw(
+    plan: &FilterablePlan<'_>,
+    view: &View,
+    tables: &mut Tables,
+) -> Result<(), EvaluationError> {
     for (index, picture) in plan.experiment.picture.iter().enumerate() {
         let drawn = tables.kernels.iter().any(|record| record.picture == picture.id);
         let named = picture.view == view.name || (picture.view.is_empty() && !drawn);
@@ -47,7 +54,7 @@ pub(crate) fn draw(plan: &Plan<'_>, view: &View, tables: &mut Tables) -> Result<
 }
 
 fn draw_one(
-    plan: &Plan<'_>,
+    plan: &FilterablePlan<'_>,
     view: &View,
     (index, picture): (usize, &Picture),
     tables: &mut Tables,

@@ -135,8 +135,3 @@ pub struct CurveRecord {
     /// G, or empty where it failed.
     pub intensity: Option<f64>,
 }
-
-/// Rounded to the precision of the tables.
-pub(crate) fn rounded(value: f64) -> f64 {
-    (value * 1e9).round() / 1e9 + 0.0
-}

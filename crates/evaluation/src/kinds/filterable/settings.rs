@@ -1,14 +1,13 @@
 //! The TOML keys of the kind `filterable`.
 
 use crate::error::EvaluationError;
+use crate::experiment::keys::{file_name, in_key, unique};
 use crate::experiment::kind::{RunContext, Settings};
+use crate::fragments::{BiasSetting, SceneSettings};
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{DepthBias, FilteringError, KernelSpec, Reference, SurfaceCounter, TechniqueSpec};
-
-/// Largest accepted side of a shadow map.
-pub(crate) const MAX_SIZE: u32 = 8192;
+use shadow_filtering::{FilteringError, KernelSpec, Reference, SurfaceCounter, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -18,27 +17,17 @@ pub struct FilterableExperiment {
     pub question: String,
     /// What is expected, written before the first run.
     pub expectation: String,
+    /// Scenes, shadow maps and filter; its keys stand beside the others.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
     /// Seed of the sample of fragments.
     pub seed: u64,
-    /// Side of the square shadow map in texels.
-    pub size: u32,
-    /// Names of procedural scenes, or files.
-    pub scenes: Vec<String>,
-    /// Names of light views; empty for all of a scene.
-    #[serde(default)]
-    pub views: Vec<String>,
-    /// Fragments a view, spread evenly over all; 0 for all.
-    pub fragments: usize,
     /// Of these, fragments a view for techniques that solve a linear program.
     #[serde(default)]
     pub certified_fragments: usize,
     /// Fragments a view at which closed forms are compared with the certified linear program.
     #[serde(default)]
     pub agreement_fragments: usize,
-    /// The filter.
-    pub kernel: KernelSpec,
-    /// Largest difference between the receiver's depth and its tangent plane at a tap.
-    pub plane_limit: f64,
     /// Depths further apart than this, and than their planes' slopes explain, are different surfaces.
     pub surface_gap: f64,
     /// Depth biases; the first is that of maps and pictures.
@@ -53,16 +42,6 @@ pub struct FilterableExperiment {
     /// Single kernels (MSM15 Figure 2).
     #[serde(default)]
     pub picture: Vec<Picture>,
-}
-
-/// A bias for F and one for all techniques.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct BiasSetting {
-    /// Bias of F, on top of the receiver plane.
-    pub reference: DepthBias,
-    /// Bias of every technique; they know no receiver plane.
-    pub technique: DepthBias,
 }
 
 /// Timed filters and shading on the first view.
@@ -128,100 +107,70 @@ impl Role for FilterableTechnique {
 
 impl Settings for FilterableExperiment {
     const KIND: &'static str = "filterable";
+    const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn seed(&self) -> u64 {
         self.seed
     }
 
     fn check(&self) -> Result<(), EvaluationError> {
-        let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
-        if !(1..=MAX_SIZE).contains(&self.size) {
-            return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
-        }
-        for (key, empty) in [
-            ("scenes", self.scenes.is_empty()),
-            ("bias", self.bias.is_empty()),
-            ("technique", self.technique.is_empty()),
-        ] {
+        self.scenery.check(true)?;
+        for (key, empty) in [("bias", self.bias.is_empty()), ("technique", self.technique.is_empty())] {
             if empty {
-                return fail(key, format!("{key} is empty"));
+                return Err(EvaluationError::key(key, format!("{key} is empty")));
             }
         }
-        self.fits(&self.kernel, "kernel")?;
         for (key, sampled) in [
             ("certified_fragments", self.certified_fragments),
             ("agreement_fragments", self.agreement_fragments),
         ] {
-            if self.fragments > 0 && sampled > self.fragments {
-                return fail(key, format!("{key} = {sampled} exceeds fragments = {}", self.fragments));
+            if self.scenery.fragments > 0 && sampled > self.scenery.fragments {
+                let most = self.scenery.fragments;
+                return Err(EvaluationError::key(
+                    key,
+                    format!("{key} = {sampled} exceeds fragments = {most}"),
+                ));
             }
         }
-        SurfaceCounter::new(self.surface_gap, self.plane_limit).map_err(in_key(""))?;
+        SurfaceCounter::new(self.surface_gap, self.scenery.plane_limit).map_err(in_key(""))?;
         for (i, bias) in self.bias.iter().enumerate() {
-            bias.reference.check().map_err(in_key(&format!("bias[{i}].reference")))?;
-            bias.technique.check().map_err(in_key(&format!("bias[{i}].technique")))?;
+            bias.check(&format!("bias[{i}]"))?;
         }
         check_roles(&self.technique, "technique")?;
-        for (i, technique) in self.technique.iter().enumerate() {
-            if self.technique[..i].iter().any(|other| other.name == technique.name) {
-                let key = format!("technique[{i}].name");
-                return fail(&key, format!("technique `{}` appears twice", technique.name));
-            }
-            self.check_technique(i)?;
-        }
+        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        (0..self.technique.len()).try_for_each(|i| self.check_technique(i))?;
         if !self.maps.views.is_empty() && self.maps.size == 0 {
-            return fail("maps.size", "maps.size = 0 leaves no pixel".to_owned());
+            return Err(EvaluationError::key("maps.size", "maps.size = 0 leaves no pixel"));
         }
-        for name in &self.maps.techniques {
-            if !self.technique.iter().any(|technique| technique.name == *name) {
-                return fail(
-                    "maps.techniques",
-                    format!("maps.techniques: technique `{name}` is not defined"),
-                );
-            }
-        }
+        self.check_names("maps.techniques", "maps.techniques", &self.maps.techniques)?;
+        unique(("picture", "id", "picture"), self.picture.iter().map(|picture| picture.id.as_str()))?;
         for (i, picture) in self.picture.iter().enumerate() {
-            let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-            if picture.id.is_empty() || !picture.id.chars().all(plain) {
-                let key = format!("picture[{i}].id");
-                return fail(
-                    &key,
-                    format!("picture id `{}` is no file name of letters, digits and -", picture.id),
-                );
-            }
-            if self.picture[..i].iter().any(|other| other.id == picture.id) {
-                return fail(&format!("picture[{i}].id"), format!("picture `{}` appears twice", picture.id));
-            }
+            file_name(&format!("picture[{i}].id"), "picture", &picture.id)?;
+            let (key, what) = (format!("picture[{i}].techniques"), format!("picture `{}`", picture.id));
             if picture.techniques.is_empty() {
-                let key = format!("picture[{i}].techniques");
-                return fail(&key, format!("picture `{}` names no techniques", picture.id));
+                return Err(EvaluationError::key(key, format!("{what} names no techniques")));
             }
-            for name in &picture.techniques {
-                if !self.technique.iter().any(|technique| technique.name == *name) {
-                    let key = format!("picture[{i}].techniques");
-                    return fail(
-                        &key,
-                        format!("picture `{}`: technique `{name}` is not defined", picture.id),
-                    );
-                }
-            }
+            self.check_names(&key, &what, &picture.techniques)?;
         }
         Ok(())
     }
 
-    fn scenes(&self) -> Option<&[String]> {
-        Some(&self.scenes)
+    fn scenery(&self) -> Option<&SceneSettings> {
+        Some(&self.scenery)
     }
 
-    fn replace_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
+    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
+        Some(&mut self.scenery)
+    }
+
+    fn scenes_replaced(&mut self) {
         if !self.maps.views.is_empty() {
             self.maps.views = vec!["*".to_owned()];
         }
         self.picture.truncate(1);
         for picture in &mut self.picture {
-            picture.scene.clone_from(&scenes[0]);
+            picture.scene.clone_from(&self.scenery.scenes[0]);
             picture.view.clear();
             picture.texel = None;
         }
@@ -248,29 +197,29 @@ impl FilterableExperiment {
                 let checked = method.check_storage(&["alpha", "format"]).and_then(|()| method.draft());
                 checked.map(|_| ()).map_err(in_key(&format!("{place}.method"))).map_err(named)
             }
-            (None, Some(kernel)) => self.fits(kernel, &format!("{place}.comparison")).map_err(named),
-            _ => Err(EvaluationError::Key {
-                key: place,
-                reason: format!("technique `{}` needs either `method` or `comparison`", technique.name),
-            }),
+            (None, Some(kernel)) => {
+                self.scenery.check_kernel(kernel, &format!("{place}.comparison")).map_err(named)
+            }
+            (None, None) | (Some(_), Some(_)) => {
+                let reason = format!("technique `{}` needs either `method` or `comparison`", technique.name);
+                Err(EvaluationError::key(place, reason))
+            }
         }
     }
 
-    /// Rejects kernels that cannot be built, or are larger than the map.
-    fn fits(&self, kernel: &KernelSpec, place: &str) -> Result<(), EvaluationError> {
-        let built = kernel.build().map_err(in_key(place))?;
-        if built.size() > self.size as usize {
-            return Err(EvaluationError::Key {
-                key: format!("{place}.size"),
-                reason: format!("{place}.size = {} exceeds the map's size = {}", built.size(), self.size),
-            });
+    fn check_names(&self, key: &str, what: &str, names: &[String]) -> Result<(), EvaluationError> {
+        let known = |name: &String| self.technique.iter().any(|technique| technique.name == *name);
+        match names.iter().find(|name| !known(name)) {
+            Some(name) => {
+                Err(EvaluationError::key(key, format!("{what}: technique `{name}` is not defined")))
+            }
+            None => Ok(()),
         }
-        Ok(())
     }
 
     /// How F is computed under a bias.
     pub(crate) fn reference(&self, bias: &BiasSetting) -> Reference {
-        Reference { bias: bias.reference, plane_limit: self.plane_limit }
+        Reference { bias: bias.reference, plane_limit: self.scenery.plane_limit }
     }
 }
 
@@ -297,19 +246,5 @@ impl FilterableTechnique {
     /// Whether a linear program is solved for each fragment.
     pub fn is_certified(&self) -> bool {
         self.method.as_ref().is_some_and(TechniqueSpec::is_certified)
-    }
-}
-
-/// The error with its key below `place`, the empty one being the top of the file.
-pub(crate) fn in_key(place: &str) -> impl Fn(FilteringError) -> EvaluationError {
-    move |error| {
-        let inner = match &error {
-            FilteringError::Parameter { key, .. } => key,
-            FilteringError::Basis(_) => "basis",
-            _ => "",
-        };
-        let dot = if place.is_empty() || inner.is_empty() { "" } else { "." };
-        let colon = if place.is_empty() { "" } else { ": " };
-        EvaluationError::Key { key: format!("{place}{dot}{inner}"), reason: format!("{place}{colon}{error}") }
     }
 }

@@ -1,12 +1,15 @@
 //! Error statistics of a group of fragments.
 
-use super::records::{FilterableRecord, rounded};
+use super::records::FilterableRecord;
+use crate::statistics::{percentile, rounded};
+use serde::{Deserialize, Serialize};
 
 /// A bound may pass F by no more than this; 1e-6 of intensity is a quarter of a thousandth of an 8-bit step.
 pub(crate) const TOLERANCE: f64 = 1e-6;
 
 /// One technique on one fragment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(from = "(f32, f32, bool, u8)", into = "(f32, f32, bool, u8)")]
 pub(crate) struct Outcome {
     /// G - F.
     pub(crate) error: f32,
@@ -14,6 +17,19 @@ pub(crate) struct Outcome {
     pub(crate) leak: f32,
     pub(crate) violates: bool,
     pub(crate) class: u8,
+}
+
+// Short in checkpoints, which hold all of them.
+impl From<Outcome> for (f32, f32, bool, u8) {
+    fn from(outcome: Outcome) -> Self {
+        (outcome.error, outcome.leak, outcome.violates, outcome.class)
+    }
+}
+
+impl From<(f32, f32, bool, u8)> for Outcome {
+    fn from((error, leak, violates, class): (f32, f32, bool, u8)) -> Self {
+        Self { error, leak, violates, class }
+    }
 }
 
 /// Names of a group.
@@ -69,12 +85,6 @@ pub(crate) fn record(group: &Group<'_>, outcomes: &[&[Outcome]], error: &str) ->
     }
 }
 
-/// Least value that at least `share` of the sorted values do not exceed.
-pub(crate) fn percentile(sorted: &[f64], share: f64) -> f64 {
-    let rank = (share * sorted.len() as f64).ceil() as usize;
-    sorted.get(rank.saturating_sub(1)).copied().unwrap_or_default()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -107,14 +117,5 @@ mod tests {
         let none = record(&group(Some(2)), &[&outcomes], "");
         assert_eq!((none.fragments, none.l1_error, none.maximum), (0, 0.0, 0.0));
         assert_eq!(record(&group(Some(3)), &[&outcomes], "").class, "4+");
-    }
-
-    #[test]
-    fn percentiles() {
-        let values: Vec<f64> = (1..=100).map(f64::from).collect();
-        assert_eq!(
-            (percentile(&values, 0.95), percentile(&values, 1.0), percentile(&[], 0.5)),
-            (95.0, 100.0, 0.0)
-        );
     }
 }

@@ -1,6 +1,6 @@
 //! Timings on one thread, after all errors of the first view are known.
 
-use super::evaluate::{Method, Plan};
+use super::evaluate::{FilterablePlan, PreparedTechnique};
 use super::records::FilterableSample;
 use super::view::View;
 use crate::error::EvaluationError;
@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 /// Filter and shading times of every closed-form technique on a view.
-pub(crate) fn time(plan: &Plan<'_>, view: &View) -> Result<Vec<FilterableSample>, EvaluationError> {
+pub(crate) fn time(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<FilterableSample>, EvaluationError> {
     let fail = |error: rayon::ThreadPoolBuildError| EvaluationError::Threads {
         threads: 1,
         reason: error.to_string(),
@@ -30,7 +30,7 @@ pub(crate) fn time(plan: &Plan<'_>, view: &View) -> Result<Vec<FilterableSample>
                 };
                 let begin = Instant::now();
                 let shader = method.prepare(view, &plan.kernel).map_err(|e| settings.failure(e))?;
-                if matches!(method, Method::Prefiltered(_)) {
+                if matches!(method, PreparedTechnique::Prefiltered(_)) {
                     push("filter", view.map.depths().len(), begin);
                 }
                 let begin = Instant::now();

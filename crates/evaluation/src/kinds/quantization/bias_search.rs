@@ -5,9 +5,9 @@ use super::settings::{BiasTarget, QuantizationExperiment};
 use super::variant::Variant;
 use super::workload::StoredView;
 use crate::error::EvaluationError;
-use crate::kinds::filterable::evaluate::spread;
-use crate::kinds::filterable::records::rounded;
-use crate::kinds::filterable::statistics::percentile;
+use crate::fragments::spread;
+use crate::statistics::percentile;
+use crate::statistics::rounded;
 use moment_problem::Basis;
 use quantization::bias::{Target, fastest, smallest_alpha};
 use quantization::{DepthInterval, MomentMatrix};
@@ -286,6 +286,13 @@ pub(crate) fn exact(
         ..filled(variant, &means, intensities.len())
     };
     Ok((intensities, record))
+}
+
+/// What is recorded of a way to store moments that cannot be evaluated: a row with the reason.
+pub(crate) fn failed(variant: &Variant, reason: &EvaluationError) -> Evaluated {
+    let means = Means { l1: 0.0, standard_error: 0.0, signed: 0.0, change: 0.0, excess: 0.0 };
+    let record = QuantizationRecord { error: reason.to_string(), ..filled(variant, &means, 0) };
+    Evaluated { records: vec![record], biases: Vec::new(), texels: Vec::new(), best: None }
 }
 
 fn filled(variant: &Variant, means: &Means, fragments: usize) -> QuantizationRecord {

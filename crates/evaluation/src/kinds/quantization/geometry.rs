@@ -4,7 +4,7 @@
 use super::records::{CodeRecord, HullRecord};
 use super::variant::Variant;
 use crate::error::EvaluationError;
-use crate::kinds::filterable::records::rounded;
+use crate::statistics::rounded;
 use quantization::published::Published;
 
 /// The transform of three moments in the constants.

@@ -1,6 +1,6 @@
 //! From an experiment to its tables.
 
-use super::bias_search::{Best, Evaluated, Fragments, evaluate, exact};
+use super::bias_search::{Best, Evaluated, Fragments, evaluate, exact, failed};
 use super::gains;
 use super::geometry;
 use super::records::{ComparisonRecord, QuantizationRecord};
@@ -9,9 +9,9 @@ use super::variant::Variant;
 use super::workload::StoredView;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
-use crate::kinds::filterable::records::rounded;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::statistics::rounded;
 
 impl QuantizationExperiment {
     /// Optimises, then evaluates one way to store moments after the other.
@@ -26,7 +26,6 @@ impl QuantizationExperiment {
             samples.push(sample);
             (context.progress)(done + 1, total);
         }
-        let failed = gains.iter().filter(|record| !record.error.is_empty()).count();
         for published in gains::all_published() {
             let record =
                 gains::published(published).map_err(|error| EvaluationError::Value(error.to_string()))?;
@@ -54,6 +53,8 @@ impl QuantizationExperiment {
             }
         }
         let comparisons = tables.comparisons(self, &variants, &views);
+        let errors = gains.iter().map(|gain| &gain.error).chain(tables.records.iter().map(|row| &row.error));
+        let failed = errors.filter(|error| !error.is_empty()).count();
         let trials = self.gain.len() + tables.records.len();
         let files = vec![
             RecordedFile::csv("records.csv", &tables.records)?,
@@ -100,11 +101,12 @@ impl Tables {
             }
         };
         let exact = &self.exact[place].1;
-        let Evaluated { records, biases, texels, best } = evaluate(experiment, variant, fragments, exact)?;
+        let Evaluated { records, biases, texels, best } =
+            evaluate(experiment, variant, fragments, exact).unwrap_or_else(|error| failed(variant, &error));
         self.records.extend(records);
         self.biases.extend(biases);
         self.best.push(best);
-        if variant.codes {
+        if variant.codes && !texels.is_empty() {
             self.codes.extend(geometry::codes(variant, &texels, experiment.code_bins));
         }
         Ok(())

@@ -2,8 +2,9 @@
 
 use super::variant::Variant;
 use crate::error::EvaluationError;
+use crate::experiment::keys::in_key;
 use crate::experiment::kind::{RunContext, Settings};
-use crate::kinds::filterable::settings::{BiasSetting, in_key};
+use crate::fragments::{BiasSetting, SceneSettings};
 use crate::run::Recorded;
 use moment_problem::Basis;
 use quantization::Structure;
@@ -18,23 +19,13 @@ pub struct QuantizationExperiment {
     pub question: String,
     /// What is expected, written before the first run.
     pub expectation: String,
+    /// Scenes, shadow maps and filter; its keys stand beside the others.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
     /// Seed of the sample of fragments and of the starts of the optimiser.
     pub seed: u64,
-    /// Side of the square shadow map in texels.
-    pub size: u32,
-    /// Names of procedural scenes, or files.
-    pub scenes: Vec<String>,
-    /// Names of light views; empty for all of a scene.
-    #[serde(default)]
-    pub views: Vec<String>,
-    /// Fragments a view, spread evenly over all; 0 for all.
-    pub fragments: usize,
     /// Kernels, spread evenly over all fragments, for which b* is to raise det B fastest.
     pub workload: usize,
-    /// The filter.
-    pub kernel: KernelSpec,
-    /// Largest difference between the receiver's depth and its tangent plane at a tap.
-    pub plane_limit: f64,
     /// Depth biases of F and of all techniques.
     pub bias: BiasSetting,
     /// Moment biases that are tried.
@@ -124,6 +115,7 @@ pub struct StoreSetting {
 
 impl Settings for QuantizationExperiment {
     const KIND: &'static str = "quantization";
+    const ON_SCENES: bool = true;
 
     fn seed(&self) -> u64 {
         self.seed
@@ -131,28 +123,19 @@ impl Settings for QuantizationExperiment {
 
     fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
-        if !(1..=crate::kinds::filterable::settings::MAX_SIZE).contains(&self.size) {
-            let most = crate::kinds::filterable::settings::MAX_SIZE;
-            return fail("size", format!("size = {} is not between 1 and {most}", self.size));
-        }
+        self.scenery.check(!self.technique.is_empty())?;
         for (key, value, least) in [
             ("workload", self.workload, 1),
             ("hull_points", self.hull_points, 2),
             ("code_bins", self.code_bins, 2),
-            ("scenes", self.scenes.len(), usize::from(!self.technique.is_empty())),
         ] {
             if value < least {
                 return fail(key, format!("{key}: {value} is less than {least}"));
             }
         }
         self.alphas.check()?;
-        let kernel = self.kernel.build().map_err(in_key("kernel"))?;
-        if kernel.size() > self.size as usize {
-            let reason = format!("kernel.size = {} exceeds the map's size = {}", kernel.size(), self.size);
-            return fail("kernel.size", reason);
-        }
-        self.bias.reference.check().map_err(in_key("bias.reference"))?;
-        self.bias.technique.check().map_err(in_key("bias.technique"))?;
+        let kernel = self.scenery.filter()?;
+        self.bias.check("bias")?;
         for (i, gain) in self.gain.iter().enumerate() {
             let key = format!("gain[{i}].basis");
             if let Err(error) = gain.basis.parse::<Basis>() {
@@ -191,13 +174,12 @@ impl Settings for QuantizationExperiment {
         Variant::check(self)
     }
 
-    fn scenes(&self) -> Option<&[String]> {
-        Some(&self.scenes)
+    fn scenery(&self) -> Option<&SceneSettings> {
+        Some(&self.scenery)
     }
 
-    fn replace_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
+    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
+        Some(&mut self.scenery)
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
@@ -208,12 +190,12 @@ impl Settings for QuantizationExperiment {
 impl QuantizationExperiment {
     /// The filter of a way to store moments.
     pub(crate) fn kernel_of(&self, store: &StoreSetting) -> KernelSpec {
-        store.kernel.unwrap_or(self.kernel)
+        store.kernel.unwrap_or(self.scenery.kernel)
     }
 
     /// How F is computed.
     pub(crate) fn reference(&self) -> Reference {
-        Reference { bias: self.bias.reference, plane_limit: self.plane_limit }
+        Reference { bias: self.bias.reference, plane_limit: self.scenery.plane_limit }
     }
 }
 

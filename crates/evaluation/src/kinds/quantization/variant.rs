@@ -2,7 +2,7 @@
 
 use super::settings::{BiasTarget, QuantizationExperiment};
 use crate::error::EvaluationError;
-use crate::kinds::filterable::settings::in_key;
+use crate::experiment::keys::in_key;
 use moment_problem::MomentBound;
 use quantization::Search;
 use quantization::bias::{CIRCULATED, Circulated};

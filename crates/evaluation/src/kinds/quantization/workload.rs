@@ -3,8 +3,8 @@
 use super::records::QuantizationViewRecord;
 use super::settings::QuantizationExperiment;
 use crate::error::EvaluationError;
-use crate::kinds::filterable::records::rounded;
-use crate::kinds::filterable::view::{Lit, LoadedScene, chosen};
+use crate::fragments::{Lit, LoadedScene, chosen};
+use crate::statistics::rounded;
 use rayon::prelude::*;
 use shadow_filtering::{DepthMap, Kernel, Receiver};
 
@@ -23,20 +23,20 @@ pub(crate) struct StoredView {
 impl StoredView {
     /// All views of all scenes.
     pub(crate) fn all(experiment: &QuantizationExperiment) -> Result<Vec<Self>, EvaluationError> {
-        let kernel =
-            experiment.kernel.build().map_err(|error| EvaluationError::Value(format!("kernel: {error}")))?;
+        let kernel = experiment.scenery.filter()?;
         let mut views = Vec::new();
         if experiment.technique.is_empty() {
             return Ok(views);
         }
-        for scene in &LoadedScene::load_all(&experiment.scenes, &experiment.views)? {
+        for scene in &LoadedScene::load_all(&experiment.scenery.scenes, &experiment.scenery.views)? {
             for light in &scene.lights {
-                let Lit { map, receivers, texel_depth, .. } = scene.lit(light, experiment.size, &kernel)?;
+                let Lit { map, receivers, texel_depth, .. } =
+                    scene.lit(light, experiment.scenery.size, &kernel)?;
                 let fragments = receivers.len();
-                let indices = chosen(fragments, experiment.fragments, experiment.seed, views.len());
+                let indices = chosen(fragments, experiment.scenery.fragments, experiment.seed, views.len());
                 let receivers: Vec<Receiver> = indices.into_iter().map(|index| receivers[index]).collect();
-                let (bias, limit) = (experiment.bias.technique, experiment.plane_limit);
-                let compared = |r: &Receiver| (r.depth - bias.depth(r, texel_depth, limit)).clamp(0.0, 1.0);
+                let (bias, limit) = (experiment.bias.technique, experiment.scenery.plane_limit);
+                let compared = |r: &Receiver| bias.compared(r, texel_depth, limit);
                 views.push(Self {
                     depths: receivers.iter().map(compared).collect(),
                     map,

@@ -1,7 +1,8 @@
 //! One candidate on one block.
 
-use super::statistics::{Mean, Moments, stratified};
 use super::workload::{Block, Workload};
+use crate::shards;
+use crate::statistics::{Mean, Running, stratified};
 use moment_problem::fast_simplex::FastSolution;
 
 /// What a block says about a candidate.
@@ -28,7 +29,7 @@ pub(crate) fn errors(block: &Block, solution: &FastSolution) -> Vec<f64> {
 /// Compares a solution with the control's errors on the same block.
 pub(crate) fn judge(workload: &Workload, block: &Block, solution: &FastSolution, control: &[f64]) -> Verdict {
     let views = workload.views.len();
-    let mut differences = vec![Moments::default(); views];
+    let mut differences = vec![Running::default(); views];
     let mut sums = block.idle.clone();
     let mut seen = vec![0u32; views];
     for (i, error) in errors(block, solution).into_iter().enumerate() {
@@ -54,5 +55,65 @@ pub(crate) fn judge(workload: &Workload, block: &Block, solution: &FastSolution,
         programs: solution.bounds.len() as u32,
         exact: solution.exact as u32,
         uncertified: solution.uncertified.len() as u32,
+    }
+}
+
+/// Which verdict: block, order, number of the subset.
+pub(crate) type Key = (u16, u16, u32);
+
+/// What was found about a candidate on a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Finding {
+    pub(crate) verdict: Verdict,
+    /// Bit i: the i-th function of the candidate depends on those before it and was left out.
+    pub(crate) dropped: u16,
+}
+
+impl Finding {
+    /// Nothing is left of the candidate.
+    pub(crate) fn is_rejected(&self, order: usize) -> bool {
+        self.dropped.count_ones() as usize == order
+    }
+}
+
+/// Numbers as the bits of their doubles, so that a resumed run ends with the bytes of an undisturbed one.
+impl shards::Finding for Finding {
+    const PIECES: &'static str = "candidates";
+
+    type Key = Key;
+
+    fn line(&self, key: &Key) -> String {
+        let v = &self.verdict;
+        format!(
+            "{} {} {} {:016x} {:016x} {:016x} {} {} {} {:x}",
+            key.0,
+            key.1,
+            key.2,
+            v.error.to_bits(),
+            v.difference.value.to_bits(),
+            v.difference.variance.to_bits(),
+            v.programs,
+            v.exact,
+            v.uncertified,
+            self.dropped
+        )
+    }
+
+    fn parse(content: &str) -> Option<(Key, Self)> {
+        let words: Vec<&str> = content.split(' ').collect();
+        let [block, order, number, error, value, variance, programs, exact, uncertified, dropped] = words[..]
+        else {
+            return None;
+        };
+        let double = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
+        let verdict = Verdict {
+            error: double(error)?,
+            difference: Mean { value: double(value)?, variance: double(variance)? },
+            programs: programs.parse().ok()?,
+            exact: exact.parse().ok()?,
+            uncertified: uncertified.parse().ok()?,
+        };
+        let key = (block.parse().ok()?, order.parse().ok()?, number.parse().ok()?);
+        Some((key, Self { verdict, dropped: u16::from_str_radix(dropped, 16).ok()? }))
     }
 }

@@ -8,18 +8,14 @@
 
 mod agreement;
 mod candidates;
-mod checkpoint;
-mod judge;
+pub(crate) mod judge;
 mod records;
 mod run;
 mod settings;
-mod statistics;
 mod sweep;
 mod timing;
 mod workload;
 
-pub(crate) use checkpoint::FILE as CHECKPOINT;
-pub use checkpoint::Shard;
 pub use records::{
     MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, SearchViewRecord, StageRecord,
 };

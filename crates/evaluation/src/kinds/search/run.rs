@@ -2,10 +2,9 @@
 
 use super::agreement::compare;
 use super::candidates::class;
-use super::checkpoint::{self, Checkpoint, Finding, Key, Shard};
+use super::judge::{Finding, Key};
 use super::records::{MarkRecord, SearchRecord, SearchViewRecord, StageRecord, rounded};
 use super::settings::SearchExperiment;
-use super::statistics::{Mean, joined, stratified};
 use super::sweep::Sweep;
 use super::timing::time;
 use super::workload::Workload;
@@ -14,9 +13,10 @@ use crate::experiment::kind::RunContext;
 use crate::provenance::sha256;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Shard};
+use crate::statistics::{Mean, joined, stratified};
 use moment_problem::BasisFunction;
 use std::collections::HashMap;
-use std::path::PathBuf;
 use std::time::Instant;
 
 /// Normal quantile of the intervals: 99 % lie within.
@@ -50,41 +50,10 @@ impl SearchExperiment {
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let (workload, functions) = self.prepare()?;
         let inputs = sha256(format!("{} {}", context.identity, workload.digest()).as_bytes());
-        let mut known = HashMap::new();
-        if !context.merge.is_empty() {
-            merge(context.merge, &inputs, &mut known)?;
-        }
-        let path = context.directory.join(checkpoint::FILE);
-        let shard = context.shard.unwrap_or(Shard::WHOLE);
-        let mut checkpoint = if path.exists() && std::fs::metadata(&path).is_ok_and(|data| data.len() > 0) {
-            let loaded = checkpoint::load(&path, &inputs)?;
-            if loaded.shard != shard {
-                let reason = format!("holds shard {}, not {shard}", loaded.shard);
-                return Err(EvaluationError::Input { path, reason });
-            }
-            let checkpoint = Checkpoint::resume(&path, &loaded)?;
-            known.extend(loaded.findings);
-            checkpoint
-        } else {
-            // Left by a run that was killed before its first write.
-            let _ = std::fs::remove_file(&path);
-            Checkpoint::create(&path, &inputs, shard)?
-        };
         let sweep = Sweep::new(self, &workload, functions.len())?;
-        if !context.merge.is_empty() {
-            let keys = sweep.first_keys(Shard::WHOLE);
-            let missing = keys.iter().filter(|key| !known.contains_key(*key)).count();
-            if missing > 0 {
-                let reason = format!(
-                    "{missing} of {} candidates are in none of the merged shards: resume the unfinished ones first",
-                    keys.len()
-                );
-                return Err(EvaluationError::Value(reason));
-            }
-            let mut merged: Vec<(Key, Finding)> = known.iter().map(|(k, f)| (*k, *f)).collect();
-            merged.sort_by_key(|(key, _)| *key);
-            checkpoint.append(&merged)?;
-        }
+        let (mut known, mut checkpoint) =
+            shards::open::<Finding>(context, &inputs, || sweep.first_keys(Shard::WHOLE))?;
+        let shard = context.shard.unwrap_or(Shard::WHOLE);
         sweep.first(shard, &mut known, &mut checkpoint, context.progress)?;
         if context.shard.is_some() {
             return Ok(Recorded { files: Vec::new(), trials: known.len(), failed: 0, complete: false });
@@ -165,37 +134,6 @@ impl SearchExperiment {
             disk_bytes: candidates * BYTES,
         })
     }
-}
-
-/// Reads the findings of all shards of one search.
-fn merge(
-    directories: &[PathBuf],
-    inputs: &str,
-    known: &mut HashMap<Key, Finding>,
-) -> Result<(), EvaluationError> {
-    let mut seen: Vec<Shard> = Vec::new();
-    for directory in directories {
-        let path = directory.join(checkpoint::FILE);
-        let loaded = checkpoint::load(&path, inputs)?;
-        let fail = |reason: String| EvaluationError::Input { path: path.clone(), reason };
-        if seen.contains(&loaded.shard) {
-            return Err(fail(format!("is shard {} once more", loaded.shard)));
-        }
-        if let Some(first) = seen.first()
-            && first.count != loaded.shard.count
-        {
-            return Err(fail(format!("is shard {}, the first one was {first}", loaded.shard)));
-        }
-        seen.push(loaded.shard);
-        known.extend(loaded.findings.into_iter().filter(|((block, ..), _)| *block == 0));
-    }
-    let count = seen.first().map_or(0, |shard| shard.count);
-    if let Some(index) = (1..=count).find(|&index| !seen.iter().any(|shard| shard.index == index)) {
-        return Err(EvaluationError::Value(format!(
-            "shard {index}/{count} is missing among those to be merged"
-        )));
-    }
-    Ok(())
 }
 
 /// A record before it is ranked: difference to the control, half its interval, number of the subset.

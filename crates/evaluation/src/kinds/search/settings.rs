@@ -2,16 +2,15 @@
 
 use super::run::Prediction;
 use crate::error::EvaluationError;
+use crate::experiment::keys::{in_key, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::kinds::filterable::{BiasSetting, FilterableTechnique};
+use crate::fragments::{BiasSetting, SceneSettings};
+use crate::kinds::filterable::FilterableTechnique;
 use crate::run::Recorded;
 use moment_problem::fast_simplex::MAX_ROWS;
 use moment_problem::{Basis, BasisFunction};
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{FilteringError, KernelSpec, Reference};
-
-/// Largest accepted side of a shadow map.
-const MAX_SIZE: u32 = 8192;
+use shadow_filtering::Reference;
 
 /// Cells of the support; the upper limit keeps one program in the second-level cache.
 const CELLS: std::ops::RangeInclusive<usize> = 16..=4096;
@@ -30,19 +29,11 @@ pub struct SearchExperiment {
     pub question: String,
     /// What is expected, written before the first run.
     pub expectation: String,
+    /// Scenes, shadow maps and filter; its keys stand beside the others.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
     /// Seed of the sample of fragments.
     pub seed: u64,
-    /// Side of the square shadow map in texels.
-    pub size: u32,
-    /// Names of procedural scenes, or files.
-    pub scenes: Vec<String>,
-    /// Names of light views; empty for all of a scene.
-    #[serde(default)]
-    pub views: Vec<String>,
-    /// The filter.
-    pub kernel: KernelSpec,
-    /// Largest difference between the receiver's depth and its tangent plane at a tap.
-    pub plane_limit: f64,
     /// Biases of the compared depth and, where the reference is `plane`, of F.
     pub bias: BiasSetting,
     /// What G is compared with.
@@ -53,8 +44,6 @@ pub struct SearchExperiment {
     pub family: Vec<String>,
     /// Sizes m of the subsets.
     pub orders: Vec<usize>,
-    /// Fragments a view in the first block, which every candidate is judged on.
-    pub fragments: usize,
     /// Number of blocks; from the second on each holds as many fragments as all before it.
     pub blocks: usize,
     /// How many of the best candidates the later blocks are for.
@@ -108,6 +97,7 @@ pub struct SearchTiming {
 
 impl Settings for SearchExperiment {
     const KIND: &'static str = "search";
+    const ON_SCENES: bool = true;
     const IS_RESUMABLE: bool = true;
 
     fn seed(&self) -> u64 {
@@ -115,76 +105,69 @@ impl Settings for SearchExperiment {
     }
 
     fn check(&self) -> Result<(), EvaluationError> {
-        let fail = |reason: String| Err(EvaluationError::Value(reason));
         let within = |key: &str, value: usize, range: std::ops::RangeInclusive<usize>| {
             if range.contains(&value) {
                 return Ok(());
             }
             let reason = format!("{key} = {value} is not between {} and {}", range.start(), range.end());
-            Err(EvaluationError::Value(reason))
+            Err(EvaluationError::key(key, reason))
         };
-        within("size", self.size as usize, 1..=MAX_SIZE as usize)?;
+        self.scenery.check(true)?;
         within("cells", self.cells, CELLS)?;
-        within("fragments", self.fragments, 1..=1 << 24)?;
+        within("fragments", self.scenery.fragments, 1..=1 << 24)?;
         within("blocks", self.blocks, 1..=MAX_BLOCKS)?;
         within("best", self.best, 1..=10_000)?;
         within("timing.repetitions", self.timing.repetitions, 1..=1000)?;
-        if self.scenes.is_empty() {
-            return fail("scenes is empty".to_owned());
-        }
         if !(1e-9..=1e-2).contains(&self.tolerance) {
-            return fail(format!("tolerance = {} is not between 1e-9 and 1e-2", self.tolerance));
+            let reason = format!("tolerance = {} is not between 1e-9 and 1e-2", self.tolerance);
+            return Err(EvaluationError::key("tolerance", reason));
         }
-        let in_key = |key: &'static str| {
-            move |error: FilteringError| EvaluationError::Value(format!("{key}: {error}"))
-        };
-        self.kernel.build().map_err(in_key("kernel"))?;
         self.reference().check().map_err(in_key("bias.reference"))?;
-        self.bias.technique.check().map_err(in_key("bias.technique"))?;
+        self.bias.check("bias")?;
         let family = self.functions()?;
         if self.orders.is_empty() {
-            return fail("orders is empty".to_owned());
+            return Err(EvaluationError::key("orders", "orders is empty"));
         }
         for (i, &order) in self.orders.iter().enumerate() {
-            within("orders: m", order, 1..=MAX_ROWS - 1)?;
-            if order > family.len() {
-                return fail(format!(
-                    "orders: m = {order} is larger than the family, which has {} functions",
-                    family.len()
-                ));
+            let key = format!("orders[{i}]");
+            let fail = |reason: String| Err(EvaluationError::key(&key, format!("orders: {reason}")));
+            let size = family.len();
+            if !(1..MAX_ROWS).contains(&order) {
+                return fail(format!("m = {order} is not between 1 and {}", MAX_ROWS - 1));
+            }
+            if order > size {
+                return fail(format!("m = {order} is larger than the family, which has {size} functions"));
             }
             if self.orders[..i].contains(&order) {
-                return fail(format!("orders: m = {order} appears twice"));
+                return fail(format!("m = {order} appears twice"));
             }
-            let count = super::candidates::binomial(family.len(), order);
+            let count = super::candidates::binomial(size, order);
             if count > MAX_CANDIDATES as u64 {
-                return fail(format!(
-                    "orders: {count} subsets of {order} of {} functions are more than {MAX_CANDIDATES}",
-                    family.len()
-                ));
+                let most = MAX_CANDIDATES;
+                return fail(format!("{count} subsets of {order} of {size} functions are more than {most}"));
             }
         }
+        unique(("mark", "name", "mark"), self.mark.iter().map(|mark| mark.name.as_str()))?;
         for (i, mark) in self.mark.iter().enumerate() {
-            if self.mark[..i].iter().any(|other| other.name == mark.name) {
-                return fail(format!("mark `{}` appears twice", mark.name));
-            }
-            if mark.method.is_none() || mark.is_certified() {
-                return fail(format!("mark `{}` needs a `method` in closed form", mark.name));
-            }
-            if let Some(method) = &mark.method {
-                method.build().map_err(|error| mark.failure(error))?;
+            match &mark.method {
+                Some(method) if !mark.is_certified() => {
+                    method.build().map_err(in_key(&format!("mark[{i}].method")))?;
+                }
+                Some(_) | None => {
+                    let reason = format!("mark `{}` needs a `method` in closed form", mark.name);
+                    return Err(EvaluationError::key(format!("mark[{i}]"), reason));
+                }
             }
         }
         Ok(())
     }
 
-    fn scenes(&self) -> Option<&[String]> {
-        Some(&self.scenes)
+    fn scenery(&self) -> Option<&SceneSettings> {
+        Some(&self.scenery)
     }
 
-    fn replace_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
+    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
+        Some(&mut self.scenery)
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
@@ -200,19 +183,19 @@ impl SearchExperiment {
     /// The family.
     ///
     /// # Errors
-    /// [`EvaluationError::Value`] naming a formula that is no function on \[0, 1\] or appears twice.
+    /// [`EvaluationError::Key`] naming a formula that is no function on \[0, 1\] or appears twice.
     pub fn functions(&self) -> Result<Vec<BasisFunction>, EvaluationError> {
         if self.family.is_empty() {
             return Ok(Basis::default_family());
         }
         let mut functions: Vec<BasisFunction> = Vec::new();
-        for formula in &self.family {
+        for (i, formula) in self.family.iter().enumerate() {
+            let fail =
+                |reason: String| EvaluationError::key(format!("family[{i}]"), format!("family: {reason}"));
             let function: BasisFunction =
-                formula.parse().map_err(|error| EvaluationError::Value(format!("family: {error}")))?;
+                formula.parse().map_err(|error: moment_problem::BasisError| fail(error.to_string()))?;
             if let Some(other) = functions.iter().find(|other| **other == function) {
-                let reason =
-                    format!("family: basis function `{formula}` appears twice, as `{}`", other.name());
-                return Err(EvaluationError::Value(reason));
+                return Err(fail(format!("basis function `{formula}` appears twice, as `{}`", other.name())));
             }
             functions.push(function);
         }
@@ -221,11 +204,11 @@ impl SearchExperiment {
 
     /// How F is computed with a receiver plane.
     pub(crate) fn reference(&self) -> Reference {
-        Reference { bias: self.bias.reference, plane_limit: self.plane_limit }
+        Reference { bias: self.bias.reference, plane_limit: self.scenery.plane_limit }
     }
 
     /// Fragments a view over all blocks.
     pub fn sampled(&self) -> usize {
-        self.fragments << (self.blocks - 1)
+        self.scenery.fragments << (self.blocks - 1)
     }
 }

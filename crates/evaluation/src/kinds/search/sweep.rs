@@ -1,13 +1,13 @@
 //! All candidates on the first block, the best on the later ones.
 
 use super::candidates::Subsets;
-use super::checkpoint::{Checkpoint, Finding, Key, Shard};
-use super::judge::{Verdict, errors, judge};
+use super::judge::{Finding, Key, Verdict, errors, judge};
 use super::settings::SearchExperiment;
-use super::statistics::{Mean, Moments, joined, stratified};
 use super::workload::{Block, Workload};
 use crate::error::EvaluationError;
 use crate::run::Progress;
+use crate::shards::{Checkpoint, Shard};
+use crate::statistics::{Mean, Running, joined, stratified};
 use moment_problem::fast_simplex::{FastSimplex, FastStart, SupportColumns};
 use rayon::prelude::*;
 use std::collections::HashMap;
@@ -103,7 +103,7 @@ impl<'a> Sweep<'a> {
 
     /// Error of a control with its sampling variance.
     pub(crate) fn control_level(&self, order: usize, all: &[usize]) -> Mean {
-        let mut views = vec![Moments::default(); self.workload.views.len()];
+        let mut views = vec![Running::default(); self.workload.views.len()];
         for (control, block) in self.controls[order].iter().zip(&self.workload.blocks) {
             let mut seen = vec![0; views.len()];
             for (entry, error) in block.entries.iter().zip(&control.errors) {

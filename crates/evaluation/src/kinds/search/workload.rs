@@ -1,9 +1,9 @@
 //! What every candidate is judged on: distinct kernels and the fragments that need a linear program.
 
 use super::settings::{SearchExperiment, SearchReference};
-use super::statistics::Moments;
 use crate::error::EvaluationError;
-use crate::kinds::filterable::view::{Lit, LoadedScene, chosen};
+use crate::fragments::{Lit, LoadedScene, chosen};
+use crate::statistics::Running;
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
@@ -72,11 +72,11 @@ pub(crate) struct Entry {
 pub(crate) struct MarkErrors {
     pub(crate) name: String,
     /// |G - F| with depths where they are.
-    pub(crate) exact: Vec<Moments>,
+    pub(crate) exact: Vec<Running>,
     /// |G - F| with depths moved to the support.
-    pub(crate) moved: Vec<Moments>,
+    pub(crate) moved: Vec<Running>,
     /// The difference, moved minus exact.
-    pub(crate) difference: Vec<Moments>,
+    pub(crate) difference: Vec<Running>,
 }
 
 /// One fragment of the sample.
@@ -121,7 +121,7 @@ impl Workload {
         let waves = places(Basis::trigonometric(largest.div_ceil(2)));
         let table = FunctionTable::new(&functions, &FunctionTable::uniform_depths(experiment.cells))
             .map_err(|error| value(error.to_string()))?;
-        let kernel = experiment.kernel.build().map_err(|error| value(format!("kernel: {error}")))?;
+        let kernel = experiment.scenery.filter()?;
         let mut techniques = Vec::new();
         for mark in &experiment.mark {
             if let Some(method) = &mark.method {
@@ -143,7 +143,7 @@ impl Workload {
             moved: Vec::new(),
             difference: Vec::new(),
         }));
-        for scene in &LoadedScene::load_all(&experiment.scenes, &experiment.views)? {
+        for scene in &LoadedScene::load_all(&experiment.scenery.scenes, &experiment.scenery.views)? {
             for light in &scene.lights {
                 builder.view(scene, light)?;
             }
@@ -207,7 +207,7 @@ impl Builder<'_> {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", scene.label, light.name))
         };
         let Lit { map, receivers, texel_depth: unit, .. } =
-            scene.lit(light, self.experiment.size, &self.kernel)?;
+            scene.lit(light, self.experiment.scenery.size, &self.kernel)?;
         let number = self.views.len();
         let view = u16::try_from(number).map_err(|_| fail("more than 65536 views".to_owned()))?;
         let wanted = self.experiment.sampled();
@@ -217,9 +217,9 @@ impl Builder<'_> {
             block.idle.push(0.0);
         }
         for mark in &mut self.marks {
-            mark.exact.push(Moments::default());
-            mark.moved.push(Moments::default());
-            mark.difference.push(Moments::default());
+            mark.exact.push(Running::default());
+            mark.moved.push(Running::default());
+            mark.difference.push(Running::default());
         }
         let mut active = 0;
         for (chunk, indices) in chosen.chunks(CHUNK).enumerate() {
@@ -256,8 +256,8 @@ impl Builder<'_> {
         scratch: &mut Vec<f64>,
     ) -> Result<Sampled, String> {
         let experiment = self.experiment;
-        let limit = experiment.plane_limit;
-        let z = (receiver.depth - experiment.bias.technique.depth(receiver, unit, limit)).clamp(0.0, 1.0);
+        let limit = experiment.scenery.plane_limit;
+        let z = experiment.bias.technique.compared(receiver, unit, limit);
         let step = snap(z, experiment.cells);
         let taps: Vec<(f64, f64)> = self
             .kernel

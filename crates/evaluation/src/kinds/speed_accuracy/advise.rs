@@ -3,18 +3,18 @@
 use super::orders;
 use super::race::{CONFIDENCE, Estimate, Race};
 use super::records::OrderShare;
-use super::scenery::{Plan, Variant};
+use super::scenery::{FreeParameters, SpeedPlan};
 use super::settings::SpeedAccuracyExperiment;
 use crate::error::EvaluationError;
 use crate::experiment::kind::Settings;
 use crate::experiment::{Experiment, Scale};
-use crate::kinds::filterable::view::LoadedScene;
+use crate::fragments::LoadedScene;
 use crate::run::{Progress, pool};
 use serde::Serialize;
 use std::path::Path;
 
 /// The experiment whose candidates are raced unless a file is given.
-pub const DEFAULT_CANDIDATES: &str = include_str!("../../../../../experiments/speed-accuracy.toml");
+pub(crate) const DEFAULT_CANDIDATES: &str = include_str!("../../../../../experiments/speed-accuracy.toml");
 
 /// What is asked.
 #[derive(Clone)]
@@ -127,7 +127,7 @@ impl Advice {
             return Err(EvaluationError::Value(format!("tolerance {tolerance} is not between 0 and 1")));
         }
         let experiment = experiment(options)?;
-        let plan = Plan::new(&experiment)?;
+        let plan = SpeedPlan::new(&experiment)?;
         let views = plan.scenery()?;
         let mut race = Race::new(&plan, &views);
         let all = race.fragments() * race.arms.len();
@@ -164,7 +164,7 @@ impl Advice {
             scene: options.scene.to_owned(),
             views: views.iter().map(|view| view.view.clone()).collect(),
             tolerance,
-            reference_size: experiment.size,
+            reference_size: experiment.scenery.size,
             fragments: race.fragments(),
             confidence: CONFIDENCE,
             candidates: race.arms.iter().map(|arm| arm.variants.len()).sum(),
@@ -191,11 +191,11 @@ fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, Ev
         let reason = format!("experiment `{}` is not of kind \"speed-accuracy\"", read.name);
         return Err(EvaluationError::Value(reason));
     };
-    experiment.scenes = vec![options.scene.to_owned()];
-    experiment.views = options.views.to_vec();
+    experiment.scenery.scenes = vec![options.scene.to_owned()];
+    experiment.scenery.views = options.views.to_vec();
     let own = LoadedScene::own_size(options.scene)?;
     if let Some(size) = options.size.or(own) {
-        experiment.size = size;
+        experiment.scenery.size = size;
         experiment.divisors.retain(|divisor| size.is_multiple_of(*divisor));
     }
     experiment.check()?;
@@ -207,13 +207,13 @@ fn least_error(race: &Race<'_>, arms: std::ops::Range<usize>) -> Option<usize> {
     arms.reduce(|a, b| if error(b) < error(a) { b } else { a })
 }
 
-fn choice(plan: &Plan<'_>, race: &Race<'_>, arm: usize) -> Choice {
+fn choice(plan: &SpeedPlan<'_>, race: &Race<'_>, arm: usize) -> Choice {
     let (variant, estimate) = race.best_variant(arm);
     let Estimate { error, low, high, fragments } = estimate;
     let (candidate, divisor) = (race.arms[arm].candidate, race.arms[arm].divisor);
-    let Variant { alpha, bias, blend, .. } = race.arms[arm].variants[variant];
+    let FreeParameters { alpha, bias, blend, .. } = race.arms[arm].variants[variant];
     let of = &plan.candidates[candidate];
-    let size = plan.experiment.size / plan.experiment.divisors[divisor];
+    let size = plan.experiment.scenery.size / plan.experiment.divisors[divisor];
     let bits_per_texel = of.technique().bits_per_texel();
     Choice {
         technique: of.name.clone(),

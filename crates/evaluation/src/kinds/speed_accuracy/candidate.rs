@@ -2,7 +2,7 @@
 
 use super::settings::CandidateSetting;
 use crate::error::EvaluationError;
-use crate::kinds::filterable::settings::in_key;
+use crate::experiment::keys::in_key;
 use quantization::Search;
 use random_stream::Random;
 use shadow_filtering::{FilteringError, RealTime, Technique, TechniqueSpec};

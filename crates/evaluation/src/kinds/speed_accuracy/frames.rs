@@ -4,9 +4,10 @@
 //! GPU and nothing else; gpu.csv says what it was.
 
 use super::records::{FrameSample, GpuRecord};
-use super::scenery::Plan;
+use super::scenery::SpeedPlan;
 use super::settings::{FrameTiming, SpeedAccuracyExperiment};
-use crate::kinds::filterable::view::{LoadedScene, Source};
+use crate::error::EvaluationError;
+use crate::fragments::{LoadedScene, Source};
 use graphics_device::{DeviceError, GraphicsDevice};
 use shaders::FrameShaders;
 use shadow_filtering::{Kernel, comparison_shaders};
@@ -53,7 +54,7 @@ fn gaussian(size: usize) -> Option<Kernel> {
     Kernel::gaussian(size, 2.4 / 9.0 * size as f64).ok()
 }
 
-impl Plan<'_> {
+impl SpeedPlan<'_> {
     /// Times every technique that a shader computes on the first scene and view.
     pub(crate) fn frame_times(&self, timing: &FrameTiming) -> FrameTimes {
         let mut gpu = GpuRecord::default();
@@ -81,7 +82,7 @@ impl Plan<'_> {
             return Err("not timed: only a software driver".to_owned());
         }
         let experiment = self.experiment;
-        let scenes = LoadedScene::load_all(&experiment.scenes[..1], &experiment.views)
+        let scenes = LoadedScene::load_all(&experiment.scenery.scenes[..1], &experiment.scenery.views)
             .map_err(|error| error.to_string())?;
         let Source::Scene(scene) = &scenes[0].source else {
             return Err("not timed: a stack has no triangles".to_owned());
@@ -150,7 +151,7 @@ impl Plan<'_> {
             let passes = candidate.technique().passes(kernel, 4)?;
             Some((candidate.name.clone(), candidate.format.clone(), passes))
         });
-        let limit = self.experiment.plane_limit;
+        let limit = self.experiment.scenery.plane_limit;
         let reference = comparison_shaders(kernel, limit);
         let name = COMPARED_FRAME.to_owned();
         candidates.chain([(name, "depth".to_owned(), reference)]).collect()
@@ -159,17 +160,22 @@ impl Plan<'_> {
 
 impl SpeedAccuracyExperiment {
     /// What is wrong with the frames' settings.
-    pub(crate) fn check_frames(&self) -> Result<(), String> {
+    pub(super) fn check_frames(&self) -> Result<(), EvaluationError> {
+        let fail = |key: &str, reason: String| {
+            Err(EvaluationError::key(format!("frames.{key}"), format!("frames: {reason}")))
+        };
         let Some(timing) = &self.frames else { return Ok(()) };
         if timing.frames == 0 || timing.rounds == 0 {
-            return Err(format!("{} frames in {} rounds are none", timing.frames, timing.rounds));
+            let key = if timing.frames == 0 { "frames" } else { "rounds" };
+            return fail(key, format!("{} frames in {} rounds are none", timing.frames, timing.rounds));
         }
         for point in timing.points() {
             if gaussian(point.kernel).is_none() {
-                return Err(format!("kernel size {} is not odd and at most 129", point.kernel));
+                let key = if point.kernel == timing.kernel { "kernel" } else { "kernels" };
+                return fail(key, format!("kernel size {} is not odd and at most 129", point.kernel));
             }
             if point.map_size == 0 || point.output.contains(&0) {
-                return Err("a map or an output has no texel".to_owned());
+                return fail("map_size", "a map or an output has no texel".to_owned());
             }
         }
         Ok(())
@@ -180,7 +186,7 @@ impl SpeedAccuracyExperiment {
 mod tests {
     use super::*;
     use crate::experiment::{Experiment, Scale};
-    use crate::kinds::speed_accuracy::DEFAULT_CANDIDATES;
+    use crate::kinds::speed_accuracy::advise::DEFAULT_CANDIDATES;
     use std::cell::Cell;
     use std::path::Path;
 
@@ -189,7 +195,7 @@ mod tests {
         let file = Path::new("speed-accuracy.toml");
         let read = Experiment::parse(file, DEFAULT_CANDIDATES, Scale::Smoke, None).unwrap();
         let experiment: &SpeedAccuracyExperiment = read.settings().unwrap();
-        let plan = Plan::new(experiment).unwrap();
+        let plan = SpeedPlan::new(experiment).unwrap();
         let timing = FrameTiming {
             map_size: 64,
             output: [64, 64],

@@ -2,8 +2,8 @@
 //! and as many as leave no room between the sharp bounds.
 
 use super::records::OrderRecord;
-use super::scenery::{Plan, SceneView};
-use crate::kinds::filterable::records::rounded;
+use super::scenery::{SceneView, SpeedPlan};
+use crate::statistics::rounded;
 use moment_problem::MomentBound;
 use nalgebra::{Matrix5, SymmetricEigen};
 use rayon::prelude::*;
@@ -48,7 +48,7 @@ fn rank(moments: &[f64; 9], tolerance: f64) -> usize {
 }
 
 /// What the kernels of fragments need, evenly spread over a view; one row.
-pub(crate) fn needed(plan: &Plan<'_>, view: &SceneView, number: usize) -> OrderRecord {
+pub(crate) fn needed(plan: &SpeedPlan<'_>, view: &SceneView, number: usize) -> OrderRecord {
     let settings = &plan.experiment.orders;
     let fragments = view.sample(settings.fragments, plan.experiment.seed, number);
     let one = |&fragment: &u32| {
@@ -56,8 +56,7 @@ pub(crate) fn needed(plan: &Plan<'_>, view: &SceneView, number: usize) -> OrderR
         let moments = moments(&view.map, &plan.kernel, (receiver.x, receiver.y));
         // The last bias is the largest: at the receiver's own depth its own surface would be the gap.
         let bias = plan.experiment.biases.last().copied().unwrap_or_default();
-        let z = receiver.depth - bias.depth(receiver, view.texel_depth, plan.experiment.plane_limit);
-        let z = z.clamp(0.0, 1.0);
+        let z = bias.compared(receiver, view.texel_depth, plan.experiment.scenery.plane_limit);
         let pairs = ORDERS.map(|bound| bound.bounds(&moments[1..], 2.0 * z - 1.0));
         let truth =
             plan.experiment.reference_of().intensity(&view.map, &plan.kernel, receiver, view.texel_depth);

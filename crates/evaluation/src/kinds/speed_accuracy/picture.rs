@@ -1,10 +1,10 @@
 //! Pictures of a scene with the shadows of several techniques side by side, and magnified parts below (MSM15 Figures 1,
 //! 6 and 8). Computed on the CPU, so that they are the same everywhere.
 
-use super::scenery::{Plan, SceneView};
+use super::scenery::{SceneView, SpeedPlan};
 use super::settings::PictureSetting;
 use crate::error::EvaluationError;
-use crate::kinds::filterable::view::{LoadedScene, Source};
+use crate::fragments::{LoadedScene, Source};
 use crate::run_directory::RecordedFile;
 use image::{DynamicImage, ImageFormat, RgbaImage, imageops};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use std::io::Cursor;
 /// Pixels between pictures.
 pub const PICTURE_GAP: u32 = 6;
 
-impl Plan<'_> {
+impl SpeedPlan<'_> {
     /// One PNG for each picture: a column for the reference and for each technique.
     pub(crate) fn pictures(&self) -> Result<Vec<RecordedFile>, EvaluationError> {
         self.experiment.picture.iter().map(|picture| self.picture(picture)).collect()
@@ -40,13 +40,14 @@ impl Plan<'_> {
         let Source::Scene(scene) = &loaded.source else {
             return Err(fail("a stack has no camera".to_owned()));
         };
-        let lit = loaded.lit(light, experiment.size, &self.kernel)?;
+        let lit = loaded.lit(light, experiment.scenery.size, &self.kernel)?;
         let [width, height] = picture.output;
         let frame = Frame::render(scene, width, height).map_err(|error| fail(error.to_string()))?;
-        let fitted = LightFrame::fit(scene, light.direction, experiment.size, experiment.size)
-            .map_err(|error| fail(error.to_string()))?;
+        let fitted =
+            LightFrame::fit(scene, light.direction, experiment.scenery.size, experiment.scenery.size)
+                .map_err(|error| fail(error.to_string()))?;
         let surfaces = Surfaces { frame: &frame, light: &fitted };
-        let reference = Reference { bias: experiment.reference, plane_limit: experiment.plane_limit };
+        let reference = Reference { bias: experiment.reference, plane_limit: experiment.scenery.plane_limit };
         let mut columns = vec![frame.shade(
             light.direction,
             &surfaces.visibility(|receiver, _| {
@@ -69,7 +70,7 @@ impl Plan<'_> {
                 // A filtered map has an answer everywhere.
                 let _ = technique.moments(&filtered, at, &mut moments);
                 let bias: DepthBias = picture.bias;
-                let z = receiver.depth - bias.depth(receiver, lit.texel_depth, experiment.plane_limit);
+                let z = bias.compared(receiver, lit.texel_depth, experiment.scenery.plane_limit);
                 candidate.bounds(&moments, 0, z as f32)[0]
             });
             columns.push(frame.shade(light.direction, &visibility));

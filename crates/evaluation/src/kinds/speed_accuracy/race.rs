@@ -5,8 +5,9 @@
 //! "Concentration inequalities for sampling without replacement"): errors lie in \[0, 1\], nothing else is assumed. All
 //! intervals of a race hold together with probability [`CONFIDENCE`].
 
-use super::scenery::{Plan, SceneView, Sums, Variant};
+use super::scenery::{FreeParameters, SceneView, SpeedPlan};
 use crate::error::EvaluationError;
+use crate::statistics::Sums;
 use random_stream::Random;
 
 /// Fragments of the first round: as few as make the widest candidates stand apart.
@@ -32,7 +33,7 @@ pub(crate) struct Arm {
     pub(crate) candidate: usize,
     pub(crate) divisor: usize,
     pub(crate) cost: f64,
-    pub(crate) variants: Vec<Variant>,
+    pub(crate) variants: Vec<FreeParameters>,
     /// By variant.
     sums: Vec<Sums>,
     /// Variants that may still be the best of the arm.
@@ -41,7 +42,7 @@ pub(crate) struct Arm {
 
 /// The race.
 pub(crate) struct Race<'a> {
-    plan: &'a Plan<'a>,
+    plan: &'a SpeedPlan<'a>,
     views: &'a [SceneView],
     /// By cost, ascending.
     pub(crate) arms: Vec<Arm>,
@@ -61,7 +62,7 @@ enum Standing {
 }
 
 impl<'a> Race<'a> {
-    pub(crate) fn new(plan: &'a Plan<'a>, views: &'a [SceneView]) -> Self {
+    pub(crate) fn new(plan: &'a SpeedPlan<'a>, views: &'a [SceneView]) -> Self {
         let mut arms = Vec::new();
         for candidate in 0..plan.candidates.len() {
             for divisor in 0..plan.kernels.len() {
@@ -134,7 +135,8 @@ impl<'a> Race<'a> {
         if upto <= from {
             return Ok(());
         }
-        let variants: Vec<Variant> = live.iter().map(|&variant| self.arms[arm].variants[variant]).collect();
+        let variants: Vec<FreeParameters> =
+            live.iter().map(|&variant| self.arms[arm].variants[variant]).collect();
         let place = (self.arms[arm].candidate, self.arms[arm].divisor);
         // View by view; within a view in the order of the map, for the sake of its caches.
         let mut order: Vec<usize> = (from..upto).collect();

@@ -43,7 +43,7 @@ pub struct SpeedAccuracyRecord {
     pub cost: f64,
     /// Whether no other filterable technique, format or size costs less and errs less over all fragments; empty for parts.
     pub on_front: Option<bool>,
-    /// Why it failed: always empty, as closed forms have an answer for everything.
+    /// Why it failed, or empty; a failed one has no fragments.
     pub error: String,
 }
 

@@ -3,14 +3,15 @@
 use super::cost::FrameCost;
 use super::orders::{self, LARGEST_RANK, ORDERS};
 use super::records::{OrderRecord, OrderShare, SpeedAccuracyRecord, SpeedViewRecord};
-use super::scenery::{Plan, SceneView, Sums, Variant};
+use super::scenery::{FreeParameters, SceneView, SpeedPlan};
 use super::settings::{Blend, SpeedAccuracyExperiment};
 use super::timing;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
-use crate::kinds::filterable::records::rounded;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::statistics::Sums;
+use crate::statistics::rounded;
 use rayon::prelude::*;
 use shadow_filtering::{DepthBias, Kernel, Receiver};
 
@@ -22,21 +23,23 @@ struct Measured {
     technique: String,
     format: String,
     size: u32,
-    variants: Vec<Variant>,
+    variants: Vec<FreeParameters>,
     bits_per_texel: usize,
     operations: f64,
     cost: FrameCost,
     /// By view, then variant.
     sums: Vec<Vec<Sums>>,
+    /// Why there are none, or empty.
+    error: String,
 }
 
-impl Plan<'_> {
+impl SpeedPlan<'_> {
     /// Modelled cost of a frame with a candidate.
     pub(crate) fn cost(&self, candidate: usize, divisor: usize) -> FrameCost {
         let (experiment, candidate) = (self.experiment, &self.candidates[candidate]);
         FrameCost::prefiltered(
             experiment.frame,
-            experiment.size / experiment.divisors[divisor],
+            experiment.scenery.size / experiment.divisors[divisor],
             (candidate.technique().bits_per_texel(), candidate.channels()),
             self.kernels[divisor].size(),
             candidate.operations,
@@ -48,8 +51,14 @@ impl Plan<'_> {
         let (experiment, candidate) = (self.experiment, &self.candidates[0]);
         let storage = (candidate.technique().bits_per_texel(), candidate.channels());
         let kernel = self.kernel.size();
-        FrameCost::prefiltered(experiment.frame, experiment.size, storage, kernel, candidate.operations)
-            .total()
+        FrameCost::prefiltered(
+            experiment.frame,
+            experiment.scenery.size,
+            storage,
+            kernel,
+            candidate.operations,
+        )
+        .total()
     }
 
     /// Percentage-closer filtering around the nearest texel, without a receiver plane, minus F.
@@ -68,7 +77,7 @@ impl Plan<'_> {
             let own = Receiver { gradient, ..*receiver };
             let under = |bias: &DepthBias| {
                 let texel_depth = view.texel_depth * f64::from(scale);
-                let z = receiver.depth - bias.depth(&own, texel_depth, self.experiment.plane_limit);
+                let z = bias.compared(&own, texel_depth, self.experiment.scenery.plane_limit);
                 kernel.percentage_closer(map, x, y, z) as f32 - truth
             };
             biases.iter().map(under).collect()
@@ -80,12 +89,12 @@ impl Plan<'_> {
 impl SpeedAccuracyExperiment {
     /// Evaluates all techniques, then times alone.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        let plan = Plan::new(self)?;
+        let plan = SpeedPlan::new(self)?;
         let views = plan.scenery()?;
         let samples: Vec<Vec<u32>> = views
             .iter()
             .enumerate()
-            .map(|(number, view)| view.sample(self.fragments, self.seed, number))
+            .map(|(number, view)| view.sample(self.scenery.fragments, self.seed, number))
             .collect();
         let truths: Vec<Vec<f32>> =
             views.iter().zip(&samples).map(|(view, sample)| plan.reference(view, sample)).collect();
@@ -97,19 +106,29 @@ impl SpeedAccuracyExperiment {
         for (candidate, of) in plan.candidates.iter().enumerate() {
             for &divisor in &sizes {
                 let variants = plan.variants(candidate);
-                let mut sums = Vec::new();
-                for ((view, sample), truth) in views.iter().zip(&samples).zip(&truths) {
-                    sums.push(plan.sums((candidate, divisor), view, (sample, truth), &variants)?);
-                }
+                let all = views.iter().zip(&samples).zip(&truths);
+                let sums: Result<Vec<_>, EvaluationError> = all
+                    .map(|((view, sample), truth)| {
+                        plan.sums((candidate, divisor), view, (sample, truth), &variants)
+                    })
+                    .collect();
+                let (sums, error) = match sums {
+                    Ok(sums) => (sums, String::new()),
+                    // Nothing is known of any view then.
+                    Err(error) => {
+                        (vec![vec![Sums::default(); variants.len()]; views.len()], error.to_string())
+                    }
+                };
                 measured.push(Measured {
                     technique: of.name.clone(),
                     format: of.format.clone(),
-                    size: self.size / self.divisors[divisor],
+                    size: self.scenery.size / self.divisors[divisor],
                     variants,
                     bits_per_texel: of.technique().bits_per_texel(),
                     operations: of.operations,
                     cost: plan.cost(candidate, divisor),
                     sums,
+                    error,
                 });
                 (context.progress)(measured.len(), total);
             }
@@ -118,7 +137,7 @@ impl SpeedAccuracyExperiment {
             for &divisor in &sizes {
                 let kernel = Self::divided(comparison.kernel, self.divisors[divisor]).build();
                 let kernel = kernel.map_err(|error| EvaluationError::Value(error.to_string()))?;
-                let side = self.size / self.divisors[divisor];
+                let side = self.scenery.size / self.divisors[divisor];
                 let all = views.iter().zip(&samples).zip(&truths);
                 let errors = all.map(|((view, sample), truth)| {
                     plan.comparison_errors((&kernel, divisor), view, (sample, truth))
@@ -130,12 +149,13 @@ impl SpeedAccuracyExperiment {
                     variants: self
                         .biases
                         .iter()
-                        .map(|&bias| Variant { index: 0, alpha: None, bias, blend: Blend::default() })
+                        .map(|&bias| FreeParameters { index: 0, alpha: None, bias, blend: Blend::default() })
                         .collect(),
                     bits_per_texel: 32,
                     operations: (kernel.size() * kernel.size() * 3) as f64,
                     cost: FrameCost::comparison(self.frame, side, kernel.size()),
                     sums: errors.map(|errors| summed(&errors, self.biases.len())).collect(),
+                    error: String::new(),
                 });
                 (context.progress)(measured.len(), total);
             }
@@ -167,7 +187,8 @@ impl SpeedAccuracyExperiment {
                 files.push(RecordedFile::csv("frames.csv", &times.samples)?);
             }
         }
-        Ok(Recorded { files, trials: measured.len(), failed: 0, complete: true })
+        let failed = measured.iter().filter(|of| !of.error.is_empty()).count();
+        Ok(Recorded { files, trials: measured.len(), failed, complete: true })
     }
 
     /// Pooled rows of all variants, then rows of scenes and views for the best variant.
@@ -191,20 +212,21 @@ impl SpeedAccuracyExperiment {
         let bests: Vec<(usize, f64)> = measured.iter().map(best_of).collect();
         let front = |index: usize| {
             let (cost, error) = (measured[index].cost.total(), bests[index].1);
-            measured[index].format != COMPARED
+            let competes = |of: &Measured| of.format != COMPARED && of.error.is_empty();
+            competes(&measured[index])
                 && !measured.iter().zip(&bests).any(|(other, &(_, other_error))| {
                     let other_cost = other.cost.total();
-                    other.format != COMPARED
+                    competes(other)
                         && other_cost <= cost
                         && other_error <= error
                         && (other_cost < cost || other_error < error)
                 })
         };
-        let is_complete =
-            self.fragments == 0 || views.iter().all(|view| view.receivers.len() <= self.fragments);
+        let is_complete = self.scenery.fragments == 0
+            || views.iter().all(|view| view.receivers.len() <= self.scenery.fragments);
         let row = |index: usize, variant: usize, (scene, view): (&str, &str), sums: Sums| {
             let of = &measured[index];
-            let Variant { alpha, bias, blend, .. } = of.variants[variant];
+            let FreeParameters { alpha, bias, blend, .. } = of.variants[variant];
             let count = sums.count.max(1) as f64;
             let best = variant == bests[index].0;
             SpeedAccuracyRecord {
@@ -227,7 +249,7 @@ impl SpeedAccuracyExperiment {
                 operations: rounded(of.operations),
                 cost: rounded(of.cost.total() / unit),
                 on_front: (best && scene == "all").then(|| front(index)),
-                error: String::new(),
+                error: of.error.clone(),
             }
         };
         let mut records = Vec::new();

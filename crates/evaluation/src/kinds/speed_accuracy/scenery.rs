@@ -3,7 +3,8 @@
 use super::candidate::Candidate;
 use super::settings::{Blend, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
-use crate::kinds::filterable::view::{LoadedScene, chosen};
+use crate::fragments::{LoadedScene, chosen};
+use crate::statistics::Sums;
 use rayon::prelude::*;
 use shadow_filtering::{
     DepthBias, DepthMap, FilteringError, Kernel, KernelField, Position, Receiver, StoredField,
@@ -14,7 +15,7 @@ use shadow_filtering::{
 const WHOLE_MAP: usize = 5;
 
 /// What does not depend on scenes.
-pub(crate) struct Plan<'a> {
+pub(crate) struct SpeedPlan<'a> {
     pub(crate) experiment: &'a SpeedAccuracyExperiment,
     pub(crate) candidates: Vec<Candidate>,
     /// By divisor.
@@ -37,12 +38,12 @@ pub(crate) struct SceneView {
     pub(crate) maps: Vec<Option<DepthMap>>,
 }
 
-impl<'a> Plan<'a> {
+impl<'a> SpeedPlan<'a> {
     pub(crate) fn new(experiment: &'a SpeedAccuracyExperiment) -> Result<Self, EvaluationError> {
         let value = |error: FilteringError| EvaluationError::Value(format!("kernel: {error}"));
         let candidates = experiment.technique.iter().enumerate();
         let divided = experiment.divisors.iter().map(|&divisor| {
-            SpeedAccuracyExperiment::divided(experiment.kernel, divisor).build().map_err(value)
+            SpeedAccuracyExperiment::divided(experiment.scenery.kernel, divisor).build().map_err(value)
         });
         Ok(Self {
             experiment,
@@ -50,19 +51,20 @@ impl<'a> Plan<'a> {
                 .map(|(i, setting)| Candidate::new(setting, experiment.seed, &format!("technique[{i}]")))
                 .collect::<Result<_, _>>()?,
             kernels: divided.collect::<Result<_, _>>()?,
-            kernel: experiment.kernel.build().map_err(value)?,
+            kernel: experiment.scenery.filter()?,
         })
     }
 
     /// All views of all scenes.
     pub(crate) fn scenery(&self) -> Result<Vec<SceneView>, EvaluationError> {
         let experiment = self.experiment;
-        let scenes = LoadedScene::load_all(&experiment.scenes, &experiment.views)?;
+        let scenes = LoadedScene::load_all(&experiment.scenery.scenes, &experiment.scenery.views)?;
         let mut views = Vec::new();
         for scene in &scenes {
             for light in &scene.lights {
-                let lit = scene.lit(light, experiment.size, &self.kernel)?;
-                let (width, height, size) = (lit.map.width(), lit.map.height(), experiment.size as usize);
+                let lit = scene.lit(light, experiment.scenery.size, &self.kernel)?;
+                let (width, height, size) =
+                    (lit.map.width(), lit.map.height(), experiment.scenery.size as usize);
                 if (width, height) != (size, size) {
                     let reason = format!(
                         "scene `{}`: its map has {width}x{height} texels, where size = {size} needs {size}x{size}",
@@ -72,7 +74,7 @@ impl<'a> Plan<'a> {
                 }
                 let maps = experiment.divisors.iter().map(|&divisor| match divisor {
                     1 => Ok(Some(lit.map.clone())),
-                    _ => scene.divided_map(light, experiment.size, divisor),
+                    _ => scene.divided_map(light, experiment.scenery.size, divisor),
                 });
                 views.push(SceneView {
                     scene: scene.label.to_owned(),
@@ -99,7 +101,7 @@ impl<'a> Plan<'a> {
     }
 
     /// Variants of a candidate: moment biases times depth biases times blends, the blends in groups.
-    pub(crate) fn variants(&self, candidate: usize) -> Vec<Variant> {
+    pub(crate) fn variants(&self, candidate: usize) -> Vec<FreeParameters> {
         let technique = &self.candidates[candidate];
         let (biases, blends) = (&self.experiment.biases, &self.experiment.blends);
         let pairs = technique.biased.iter().enumerate();
@@ -108,7 +110,7 @@ impl<'a> Plan<'a> {
         pairs
             .flat_map(|(index, alpha, bias)| {
                 let all = blends.iter().filter(usable);
-                all.map(move |&blend| Variant { index, alpha, bias, blend })
+                all.map(move |&blend| FreeParameters { index, alpha, bias, blend })
             })
             .collect()
     }
@@ -119,7 +121,7 @@ impl<'a> Plan<'a> {
         (candidate, divisor): (usize, usize),
         view: &SceneView,
         (fragments, truth): (&[u32], &[f32]),
-        variants: &[Variant],
+        variants: &[FreeParameters],
     ) -> Result<Vec<Sums>, EvaluationError> {
         let mut sums = vec![Sums::default(); variants.len()];
         let Some(map) = &view.maps[divisor] else { return Ok(sums) };
@@ -136,7 +138,7 @@ impl<'a> Plan<'a> {
                 Box::new(KernelField::new(technique, map, kernel))
             };
         let scale = f64::from(self.experiment.divisors[divisor]);
-        let limit = self.experiment.plane_limit;
+        let limit = self.experiment.scenery.plane_limit;
         let of_chunk = |(fragments, truth): (&[u32], &[f32])| {
             let mut sums = vec![Sums::default(); variants.len()];
             let mut moments = vec![0.0; technique.channels()];
@@ -147,14 +149,14 @@ impl<'a> Plan<'a> {
                 // Kernels around points have an answer everywhere.
                 let _ = technique.moments(field.as_ref(), at, &mut moments);
                 let own = Receiver { gradient: receiver.gradient.map(|slope| slope * scale), ..*receiver };
-                let mut last: Option<(&Variant, [f32; 2])> = None;
+                let mut last: Option<(&FreeParameters, [f32; 2])> = None;
                 for (sums, variant) in sums.iter_mut().zip(variants) {
                     // The bounds of the variant before serve for all its blends.
                     let pair = match last {
                         Some((before, pair)) if before.shares_bounds(variant) => pair,
                         _ => {
-                            let bias = variant.bias.depth(&own, view.texel_depth * scale, limit);
-                            candidate.bounds(&moments, variant.index, (receiver.depth - bias) as f32)
+                            let z = variant.bias.compared(&own, view.texel_depth * scale, limit);
+                            candidate.bounds(&moments, variant.index, z as f32)
                         }
                     };
                     last = Some((variant, pair));
@@ -176,48 +178,9 @@ impl<'a> Plan<'a> {
 /// Fragments whose errors one task sums up.
 const CHUNK: usize = 512;
 
-/// Sums of the errors of fragments.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sums {
-    pub(crate) count: usize,
-    /// Of |G - F|.
-    pub(crate) magnitude: f64,
-    /// Of (G - F)^2.
-    pub(crate) square: f64,
-    /// Of G - F.
-    pub(crate) signed: f64,
-}
-
-impl Sums {
-    pub(crate) fn push(&mut self, error: f32) {
-        let error = f64::from(error);
-        self.count += 1;
-        self.magnitude += error.abs();
-        self.square += error * error;
-        self.signed += error;
-    }
-
-    pub(crate) fn add(&mut self, other: &Self) {
-        self.count += other.count;
-        self.magnitude += other.magnitude;
-        self.square += other.square;
-        self.signed += other.signed;
-    }
-
-    /// Mean of |G - F|; 0 for no fragments.
-    pub(crate) fn mean(&self) -> f64 {
-        self.magnitude / self.count.max(1) as f64
-    }
-
-    /// Standard deviation of |G - F|.
-    pub(crate) fn deviation(&self) -> f64 {
-        (self.square / self.count.max(1) as f64 - self.mean().powi(2)).max(0.0).sqrt()
-    }
-}
-
 /// The free parameters of a technique in a format.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Variant {
+pub(crate) struct FreeParameters {
     /// Place of the moment bias.
     pub(crate) index: usize,
     pub(crate) alpha: Option<f64>,
@@ -225,7 +188,7 @@ pub(crate) struct Variant {
     pub(crate) blend: Blend,
 }
 
-impl Variant {
+impl FreeParameters {
     fn shares_bounds(&self, other: &Self) -> bool {
         self.index == other.index && self.bias == other.bias
     }

@@ -2,9 +2,9 @@
 
 use super::candidate::Candidate;
 use crate::error::EvaluationError;
+use crate::experiment::keys::{file_name, in_key, words};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::kinds::filterable::maps::plain;
-use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
+use crate::fragments::{MAX_SIZE, SceneSettings};
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
@@ -18,23 +18,13 @@ pub struct SpeedAccuracyExperiment {
     pub question: String,
     /// What is expected, written before the first run.
     pub expectation: String,
+    /// Scenes, shadow maps and filter; its keys stand beside the others.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
     /// Seed of the sample of fragments.
     pub seed: u64,
-    /// Side in texels of the shadow map that percentage-closer filtering uses.
-    pub size: u32,
     /// Techniques use maps of this size divided by these, with kernels of the same extent in the scene.
     pub divisors: Vec<u32>,
-    /// Names of procedural scenes, or files.
-    pub scenes: Vec<String>,
-    /// Names of light views; empty for all of a scene.
-    #[serde(default)]
-    pub views: Vec<String>,
-    /// Fragments a view, spread evenly over all; 0 for all.
-    pub fragments: usize,
-    /// The reference's filter.
-    pub kernel: KernelSpec,
-    /// Largest difference between the receiver's depth and its tangent plane at a tap.
-    pub plane_limit: f64,
     /// Bias of the reference, on top of the receiver plane.
     pub reference: DepthBias,
     /// Biases to try for every technique, in texels of its own map; each technique has its own best one.
@@ -224,6 +214,7 @@ impl Role for CandidateSetting {
 
 impl Settings for SpeedAccuracyExperiment {
     const KIND: &'static str = "speed-accuracy";
+    const ON_SCENES: bool = true;
 
     fn seed(&self) -> u64 {
         self.seed
@@ -231,11 +222,8 @@ impl Settings for SpeedAccuracyExperiment {
 
     fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
-        if !(1..=MAX_SIZE).contains(&self.size) {
-            return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
-        }
+        self.scenery.check(true)?;
         for (key, is_empty) in [
-            ("scenes", self.scenes.is_empty()),
             ("divisors", self.divisors.is_empty()),
             ("biases", self.biases.is_empty()),
             ("blends", self.blends.is_empty()),
@@ -246,13 +234,13 @@ impl Settings for SpeedAccuracyExperiment {
                 return fail(key, format!("{key} is empty"));
             }
         }
-        let kernel = self.kernel.build().map_err(in_key("kernel"))?;
+        let kernel = self.scenery.filter()?;
         for (i, &divisor) in self.divisors.iter().enumerate() {
             let key = format!("divisors[{i}]");
-            if divisor == 0 || !self.size.is_multiple_of(divisor) {
-                return fail(&key, format!("{key} = {divisor} does not divide size = {}", self.size));
+            if divisor == 0 || !self.scenery.size.is_multiple_of(divisor) {
+                return fail(&key, format!("{key} = {divisor} does not divide size = {}", self.scenery.size));
             }
-            let (map, kernel) = (self.size / divisor, kernel.size().div_ceil(divisor as usize));
+            let (map, kernel) = (self.scenery.size / divisor, kernel.size().div_ceil(divisor as usize));
             if map as usize <= kernel {
                 return fail(&key, format!("{key} = {divisor} leaves {map} texels, no more than the kernel"));
             }
@@ -294,10 +282,9 @@ impl Settings for SpeedAccuracyExperiment {
             }
             Candidate::new(setting, self.seed, &format!("technique[{i}]"))?;
         }
-        if let Err(reason) = self.check_frames() {
-            return fail("frames", format!("frames: {reason}"));
-        }
+        self.check_frames()?;
         for (i, picture) in self.picture.iter().enumerate() {
+            file_name(&format!("picture[{i}].id"), "picture", &picture.id)?;
             self.check_picture(picture, &format!("picture[{i}]"))?;
         }
         for mut picture in self.pictures_of_views(std::iter::once(("scene", "view"))) {
@@ -310,17 +297,19 @@ impl Settings for SpeedAccuracyExperiment {
         Ok(())
     }
 
-    fn scenes(&self) -> Option<&[String]> {
-        Some(&self.scenes)
+    fn scenery(&self) -> Option<&SceneSettings> {
+        Some(&self.scenery)
     }
 
-    fn replace_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
+    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
+        Some(&mut self.scenery)
+    }
+
+    fn scenes_replaced(&mut self) {
         // A stack has no camera.
-        self.picture.truncate(usize::from(!scenes[0].ends_with(".npz")));
+        self.picture.truncate(usize::from(!self.scenery.scenes[0].ends_with(".npz")));
         for picture in &mut self.picture {
-            picture.scene.clone_from(&scenes[0]);
+            picture.scene.clone_from(&self.scenery.scenes[0]);
             picture.view.clear();
         }
     }
@@ -338,7 +327,7 @@ impl SpeedAccuracyExperiment {
     ) -> Vec<PictureSetting> {
         let Some(every) = &self.every_view else { return Vec::new() };
         let picture = |(scene, view): (&str, &str)| PictureSetting {
-            id: format!("view-{}-{}", plain(scene), plain(view)),
+            id: format!("view-{}-{}", words(scene), words(view)),
             scene: scene.to_owned(),
             view: view.to_owned(),
             techniques: every.techniques.clone(),
@@ -355,10 +344,6 @@ impl SpeedAccuracyExperiment {
             let reason = format!("picture `{}`: {reason}", picture.id);
             Err(EvaluationError::Key { key: place.to_owned(), reason })
         };
-        let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-        if picture.id.is_empty() || !picture.id.chars().all(plain) {
-            return fail("its id is no file name of letters, digits and -".to_owned());
-        }
         let [width, height] = picture.output;
         if width == 0 || height == 0 || width > MAX_SIZE || height > MAX_SIZE {
             return fail(format!("output = {width}x{height} is not between 1 and {MAX_SIZE}"));
@@ -381,7 +366,7 @@ impl SpeedAccuracyExperiment {
 
     /// How F is computed.
     pub(crate) fn reference_of(&self) -> Reference {
-        Reference { bias: self.reference, plane_limit: self.plane_limit }
+        Reference { bias: self.reference, plane_limit: self.scenery.plane_limit }
     }
 
     /// A kernel of the same extent in the scene on a map whose side is divided.

@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::records::SpeedSample;
-use super::scenery::{Plan, SceneView};
+use super::scenery::{SceneView, SpeedPlan};
 use crate::error::EvaluationError;
 use shadow_filtering::{FilteringError, Kernel, encode, filter};
 use std::hint::black_box;
@@ -18,7 +18,7 @@ struct Inputs {
 
 /// Filters the map of the first view and shades some of its fragments.
 pub(crate) fn time(
-    plan: &Plan<'_>,
+    plan: &SpeedPlan<'_>,
     view: &SceneView,
     sample: &[u32],
 ) -> Result<Vec<SpeedSample>, EvaluationError> {

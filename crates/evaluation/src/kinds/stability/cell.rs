@@ -11,7 +11,7 @@ use moment_problem::arithmetic::DoubleDouble;
 pub(crate) const PIVOT_ORDERS: [usize; 3] = [4, 6, 8];
 
 /// What is the same for all cells.
-pub(crate) struct Plan {
+pub(crate) struct StabilityPlan {
     pub(crate) methods: Vec<Prepared>,
     /// Moment biases of each method, its own first.
     pub(crate) alphas: Vec<Vec<f64>>,
@@ -96,7 +96,7 @@ impl Check {
 }
 
 impl Outcome {
-    pub(crate) fn new(plan: &Plan) -> Self {
+    pub(crate) fn new(plan: &StabilityPlan) -> Self {
         Self {
             tallies: plan.alphas.iter().map(|alphas| vec![Tally::default(); alphas.len()]).collect(),
             worst: vec![const { [const { None }; 4] }; plan.methods.len()],
@@ -120,7 +120,7 @@ impl Outcome {
     }
 
     /// All methods at all their biases.
-    pub(crate) fn evaluate(&mut self, plan: &Plan, input: &Input) {
+    pub(crate) fn evaluate(&mut self, plan: &StabilityPlan, input: &Input) {
         let moments = Moments::<DoubleDouble>::exact(input);
         let front = input.mass_before();
         for (histogram, order) in self.pivots.iter_mut().zip(PIVOT_ORDERS) {
@@ -188,7 +188,7 @@ impl Outcome {
     }
 
     /// Our forms at their own biases, against F.
-    pub(crate) fn check(&mut self, plan: &Plan, input: &Input) {
+    pub(crate) fn check(&mut self, plan: &StabilityPlan, input: &Input) {
         let moments = Moments::<f64>::plain(input);
         let front = input.mass_before();
         for (method, check) in plan.methods.iter().zip(&mut self.checks) {

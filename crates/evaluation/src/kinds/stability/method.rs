@@ -3,7 +3,7 @@
 use super::family::{Input, Moments};
 use super::settings::{Arithmetic, Route, StabilityMethod};
 use crate::error::EvaluationError;
-use crate::kinds::filterable::settings::in_key;
+use crate::experiment::keys::in_key;
 use moment_problem::MomentBound;
 use moment_problem::arithmetic::{DoubleDouble, FloatFloat, Real};
 use moment_problem::hamburger::Pair;

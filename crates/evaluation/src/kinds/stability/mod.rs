@@ -12,8 +12,8 @@ mod settings;
 mod tally;
 
 pub use records::{
-    CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, StabilityViewRecord, WorstRecord,
+    CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, StabilityViewRecord,
 };
 pub use settings::{
-    Arithmetic, Route, Shape, Span, StabilityExperiment, StabilityFamily, StabilityMethod, Timed,
+    Arithmetic, Route, Shape, Span, StabilityExperiment, StabilityFamily, StabilityMethod, StabilityTiming,
 };

@@ -36,7 +36,7 @@ pub struct StabilityRecord {
     pub mean_loss: f64,
     /// 99 % of these losses are not larger, to 12 %.
     pub loss_99: f64,
-    /// Why there is nothing, or empty.
+    /// Why the numbers say nothing: no fragment of the scenes is one of the family's inputs; else empty.
     pub error: String,
 }
 

@@ -1,6 +1,6 @@
 //! From an experiment to its tables.
 
-use super::cell::{Failure, Outcome, PIVOT_ORDERS, Plan, Worst};
+use super::cell::{Failure, Outcome, PIVOT_ORDERS, StabilityPlan, Worst};
 use super::family::{Draw, Input, Moments};
 use super::method::{Prepared, Start};
 use super::records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, WorstRecord};
@@ -39,6 +39,7 @@ impl StabilityExperiment {
         }
         let samples = self.time(&plan)?;
         let trials = tables.records.len();
+        let failed = tables.records.iter().filter(|record| !record.error.is_empty()).count();
         let files = vec![
             RecordedFile::csv("records.csv", &tables.records)?,
             RecordedFile::csv("cells.csv", &tables.cells)?,
@@ -48,10 +49,10 @@ impl StabilityExperiment {
             RecordedFile::csv("views.csv", &views)?,
             RecordedFile::csv("samples.csv", &samples)?,
         ];
-        Ok(Recorded { files, trials, failed: 0, complete: true })
+        Ok(Recorded { files, trials, failed, complete: true })
     }
 
-    fn plan(&self) -> Result<Plan, EvaluationError> {
+    fn plan(&self) -> Result<StabilityPlan, EvaluationError> {
         let methods: Vec<Prepared> = self
             .technique
             .iter()
@@ -65,7 +66,7 @@ impl StabilityExperiment {
         let first_like = |(i, method): (usize, &Prepared)| {
             methods[..i].iter().position(|other| other.same_problem(method)).unwrap_or(i)
         };
-        Ok(Plan {
+        Ok(StabilityPlan {
             alphas: methods.iter().map(alphas).collect(),
             problems: methods.iter().enumerate().map(first_like).collect(),
             methods,
@@ -85,7 +86,7 @@ impl StabilityExperiment {
         cells
     }
 
-    fn cell(&self, plan: &Plan, family: usize, cell: usize, fragments: &[Vec<&Input>]) -> Outcome {
+    fn cell(&self, plan: &StabilityPlan, family: usize, cell: usize, fragments: &[Vec<&Input>]) -> Outcome {
         let mut outcome = Outcome::new(plan);
         let settings = &self.family[family];
         if settings.shape == Shape::Scenes {
@@ -112,7 +113,7 @@ impl StabilityExperiment {
     }
 
     /// Methods in turns, so that all see the same machine.
-    fn time(&self, plan: &Plan) -> Result<Vec<StabilitySample>, EvaluationError> {
+    fn time(&self, plan: &StabilityPlan) -> Result<Vec<StabilitySample>, EvaluationError> {
         let Some(family) = self.family.iter().find(|family| family.shape != Shape::Scenes) else {
             return Ok(Vec::new());
         };
@@ -168,7 +169,13 @@ fn short(value: f64) -> f64 {
 }
 
 impl Tables {
-    fn add(&mut self, experiment: &StabilityExperiment, plan: &Plan, family: usize, outcomes: &[Outcome]) {
+    fn add(
+        &mut self,
+        experiment: &StabilityExperiment,
+        plan: &StabilityPlan,
+        family: usize,
+        outcomes: &[Outcome],
+    ) {
         let name = &experiment.family[family].name;
         let mut whole = Outcome::new(plan);
         for (cell, outcome) in outcomes.iter().enumerate() {
@@ -208,7 +215,7 @@ impl Tables {
                     error_max: short(tally.error_max),
                     mean_loss: short(tally.loss_sum / tally.losses_known.max(1) as f64),
                     loss_99: short(tally.losses.quantile(0.99)),
-                    error: String::new(),
+                    error: if tally.inputs > 0 { String::new() } else { "no inputs".to_owned() },
                 });
             }
             for (worst, failure) in whole.worst[i].iter().zip(Failure::ALL) {

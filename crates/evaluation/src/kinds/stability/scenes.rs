@@ -4,7 +4,7 @@ use super::family::Input;
 use super::records::StabilityViewRecord;
 use super::settings::{Shape, StabilityExperiment};
 use crate::error::EvaluationError;
-use crate::kinds::filterable::view::{Lit, LoadedScene, chosen};
+use crate::fragments::{Lit, LoadedScene, chosen};
 use rayon::prelude::*;
 use shadow_filtering::Receiver;
 
@@ -16,13 +16,13 @@ pub(crate) fn inputs(
     if !experiment.family.iter().any(|family| family.shape == Shape::Scenes) {
         return Ok((inputs, views));
     }
-    let kernel =
-        experiment.kernel.build().map_err(|error| EvaluationError::Value(format!("kernel: {error}")))?;
-    for scene in &LoadedScene::load_all(&experiment.scenes, &experiment.views)? {
+    let kernel = experiment.scenery.filter()?;
+    for scene in &LoadedScene::load_all(&experiment.scenery.scenes, &experiment.scenery.views)? {
         for light in &scene.lights {
-            let Lit { map, receivers, texel_depth, .. } = scene.lit(light, experiment.size, &kernel)?;
-            let indices = chosen(receivers.len(), experiment.fragments, experiment.seed, views.len());
-            let (bias, limit) = (experiment.bias, experiment.plane_limit);
+            let Lit { map, receivers, texel_depth, .. } =
+                scene.lit(light, experiment.scenery.size, &kernel)?;
+            let indices = chosen(receivers.len(), experiment.scenery.fragments, experiment.seed, views.len());
+            let (bias, limit) = (experiment.bias, experiment.scenery.plane_limit);
             views.push(StabilityViewRecord {
                 scene: scene.label.to_owned(),
                 view: light.name.clone(),
@@ -34,7 +34,7 @@ pub(crate) fn inputs(
                 let z = kernel.distribution(&map, receiver.x, receiver.y);
                 let weights = z.weights().iter().map(|w| w.to_f64());
                 let atoms = z.depths().iter().copied().zip(weights).collect();
-                Input::new(atoms, receiver.depth - bias.depth(receiver, texel_depth, limit))
+                Input::new(atoms, bias.compared(receiver, texel_depth, limit))
             }));
         }
     }

@@ -2,14 +2,15 @@
 
 use super::method::Prepared;
 use crate::error::EvaluationError;
+use crate::experiment::keys::{in_key, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
+use crate::fragments::SceneSettings;
 use crate::kinds::quantization::Alphas;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use moment_problem::MomentBound;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
+use shadow_filtering::{DepthBias, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -19,6 +20,9 @@ pub struct StabilityExperiment {
     pub question: String,
     /// What is expected, written before the first run.
     pub expectation: String,
+    /// Scenes, shadow maps and filter; its keys stand beside the others.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
     /// Seed of all inputs.
     pub seed: u64,
     /// Cells along each knob of a family.
@@ -30,23 +34,9 @@ pub struct StabilityExperiment {
     /// Moment biases that are tried, besides 0 and each method's own.
     pub alphas: Alphas,
     /// What is timed after all errors are known.
-    pub timing: Timed,
-    /// Names of procedural scenes, or files, for families of shape `scenes`.
-    #[serde(default)]
-    pub scenes: Vec<String>,
-    /// Names of light views; empty for all of a scene.
-    #[serde(default)]
-    pub views: Vec<String>,
-    /// Side of the square shadow maps in texels.
-    pub size: u32,
-    /// Fragments a view, spread evenly over all; 0 for all.
-    pub fragments: usize,
-    /// The filter.
-    pub kernel: KernelSpec,
+    pub timing: StabilityTiming,
     /// Bias of the depth that is compared.
     pub bias: DepthBias,
-    /// Largest slope that the bias takes into account.
-    pub plane_limit: f64,
     /// The families of inputs.
     pub family: Vec<StabilityFamily>,
     /// The methods.
@@ -56,7 +46,7 @@ pub struct StabilityExperiment {
 /// Timed bounds per method.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Timed {
+pub struct StabilityTiming {
     /// Inputs in a row.
     pub inputs: usize,
     /// How often.
@@ -176,6 +166,7 @@ impl Role for StabilityMethod {
 
 impl Settings for StabilityExperiment {
     const KIND: &'static str = "stability";
+    const ON_SCENES: bool = true;
 
     fn seed(&self) -> u64 {
         self.seed
@@ -186,15 +177,11 @@ impl Settings for StabilityExperiment {
         if !(1..=MAX_CELLS).contains(&self.cells) {
             return fail("cells", format!("cells = {} is not between 1 and {MAX_CELLS}", self.cells));
         }
-        if !(1..=MAX_SIZE).contains(&self.size) {
-            return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
-        }
-        let has_scenes = self.family.iter().any(|family| family.shape == Shape::Scenes);
+        self.scenery.check(self.family.iter().any(|family| family.shape == Shape::Scenes))?;
         for (key, value, least) in [
             ("draws", self.draws, 1),
             ("family", self.family.len(), 1),
             ("technique", self.technique.len(), 1),
-            ("scenes", self.scenes.len(), usize::from(has_scenes)),
             ("timing.inputs", self.timing.inputs, 1),
             ("timing.repetitions", self.timing.repetitions, 1),
         ] {
@@ -204,16 +191,8 @@ impl Settings for StabilityExperiment {
         }
         self.alphas.check()?;
         self.bias.check().map_err(in_key("bias"))?;
-        let kernel = self.kernel.build().map_err(in_key("kernel"))?;
-        if kernel.size() > self.size as usize {
-            let reason = format!("kernel.size = {} exceeds the map's size = {}", kernel.size(), self.size);
-            return fail("kernel.size", reason);
-        }
+        unique(("family", "name", "family"), self.family.iter().map(|family| family.name.as_str()))?;
         for (i, family) in self.family.iter().enumerate() {
-            if self.family[..i].iter().any(|other| other.name == family.name) {
-                let key = format!("family[{i}].name");
-                return fail(&key, format!("family `{}` appears twice", family.name));
-            }
             for (knob, Span { from, to }) in [("x", family.x), ("y", family.y)] {
                 if !(from > 0.0 && from < to && to <= 1.0) {
                     let key = format!("family[{i}].{knob}");
@@ -222,23 +201,19 @@ impl Settings for StabilityExperiment {
             }
         }
         check_roles(&self.technique, "technique")?;
+        unique(("technique", "name", "technique"), self.technique.iter().map(|one| one.name.as_str()))?;
         for (i, method) in self.technique.iter().enumerate() {
-            if self.technique[..i].iter().any(|other| other.name == method.name) {
-                let key = format!("technique[{i}].name");
-                return fail(&key, format!("technique `{}` appears twice", method.name));
-            }
             Prepared::new(method, &format!("technique[{i}]"))?;
         }
         Ok(())
     }
 
-    fn scenes(&self) -> Option<&[String]> {
-        Some(&self.scenes)
+    fn scenery(&self) -> Option<&SceneSettings> {
+        Some(&self.scenery)
     }
 
-    fn replace_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
+    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
+        Some(&mut self.scenery)
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {

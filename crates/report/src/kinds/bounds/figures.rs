@@ -7,13 +7,13 @@ use crate::drawing::{
 };
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
-use evaluation::{Figure, KernelRecord, Technique, uniform_distribution};
+use evaluation::{BoundsFigure, BoundsTechnique, KernelRecord, uniform_distribution};
 use moment_problem::DepthDistribution;
 use plotters::style::RGBColor;
 
 /// One figure as an SVG document.
 pub(crate) fn draw(
-    figure: &Figure,
+    figure: &BoundsFigure,
     tables: &BoundsTables,
     kernels: &[KernelRecord],
 ) -> Result<String, ReportError> {
@@ -35,7 +35,7 @@ pub(crate) fn draw(
 }
 
 struct Sheet<'a> {
-    figure: &'a Figure,
+    figure: &'a BoundsFigure,
     tables: &'a BoundsTables,
     panels: Vec<&'a str>,
     distributions: Vec<DepthDistribution>,
@@ -91,7 +91,7 @@ impl Sheet<'_> {
         })
     }
 
-    fn techniques<'a>(&'a self, panel: &'a str) -> impl Iterator<Item = (&'a Technique, RGBColor)> {
+    fn techniques<'a>(&'a self, panel: &'a str) -> impl Iterator<Item = (&'a BoundsTechnique, RGBColor)> {
         let of_panel = self.figure.technique.iter().filter(move |technique| technique.panel == panel);
         of_panel.zip(CURVE_COLOURS.iter().copied().cycle())
     }

@@ -2,7 +2,7 @@
 
 use crate::error::ReportError;
 use crate::page::Text;
-use evaluation::{BoundsExperiment, BoundsRecord, BoundsSample, Figure, RunDirectory, Technique};
+use evaluation::{BoundsExperiment, BoundsFigure, BoundsRecord, BoundsSample, BoundsTechnique, RunDirectory};
 
 /// One technique on one kernel.
 pub(crate) struct Row {
@@ -59,7 +59,7 @@ impl BoundsTables {
         rows
     }
 
-    fn row(&self, technique: &Technique, records: &[&BoundsRecord]) -> Option<Row> {
+    fn row(&self, technique: &BoundsTechnique, records: &[&BoundsRecord]) -> Option<Row> {
         let first = records.first()?;
         let good = || records.iter().filter(|r| r.error.is_empty());
         let distances: Vec<(f64, f64)> =
@@ -132,7 +132,7 @@ pub(crate) fn answer(experiment: &BoundsExperiment, tables: &BoundsTables, rows:
 }
 
 /// Whether each basis of a panel contains all functions of the one before, so that adding moments can be judged.
-fn nested(figure: &Figure) -> bool {
+fn nested(figure: &BoundsFigure) -> bool {
     let mut pairs = 0;
     for (i, technique) in figure.technique.iter().enumerate() {
         let Some(next) = figure.technique[i + 1..].iter().find(|next| next.panel == technique.panel) else {
@@ -211,7 +211,7 @@ mod tests {
             record(0.75, 1.0, Some(9.0), "contradiction"),
             record(1.0, 1.0, Some(0.8), ""),
         ];
-        let technique = Technique {
+        let technique = BoundsTechnique {
             name: "technique".to_owned(),
             panel: "panel".to_owned(),
             basis: "power:2".to_owned(),

@@ -11,7 +11,7 @@ const GROUPS: [&str; 4] = ["PCF", "four moments", "EVSM", "VSM and ESM"];
 /// Place in the claimed order; nothing for techniques that the claim does not name, or with options that change them.
 fn group(experiment: &FilterableExperiment, technique: &FilterableTechnique) -> Option<usize> {
     match (&technique.method, &technique.comparison) {
-        (None, Some(kernel)) => (*kernel == experiment.kernel).then_some(0),
+        (None, Some(kernel)) => (*kernel == experiment.scenery.kernel).then_some(0),
         (Some(method), _) => match method.bound?.as_str() {
             "hamburger4" | "hausdorff4" | "trigonometric4" => {
                 (method.alpha.is_none() && method.beta == 0.0).then_some(1)

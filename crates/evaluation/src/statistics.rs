@@ -1,14 +1,14 @@
-//! Means over strata and how sure they are.
+//! Means, how sure they are, percentiles, and the precision of the tables.
 
 /// Running count, mean and sum of squared deviations (Welford).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Moments {
+pub(crate) struct Running {
     count: f64,
     mean: f64,
     squares: f64,
 }
 
-impl Moments {
+impl Running {
     pub(crate) fn add(&mut self, value: f64) {
         self.add_repeated(value, 1.0);
     }
@@ -34,7 +34,7 @@ pub(crate) struct Mean {
 ///
 /// The sample of a view is spread evenly over it, so that the variance of a random sample, which is computed here, is
 /// too large rather than too small.
-pub(crate) fn stratified(views: &[Moments], all: &[usize]) -> Mean {
+pub(crate) fn stratified(views: &[Running], all: &[usize]) -> Mean {
     let mut mean = Mean::default();
     let weight = 1.0 / views.len() as f64;
     for (view, &all) in views.iter().zip(all) {
@@ -59,19 +59,69 @@ pub(crate) fn joined(parts: impl Iterator<Item = (Mean, usize)> + Clone) -> Mean
     })
 }
 
+/// Sums of the errors of fragments.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sums {
+    pub(crate) count: usize,
+    /// Of |G - F|.
+    pub(crate) magnitude: f64,
+    /// Of (G - F)^2.
+    pub(crate) square: f64,
+    /// Of G - F.
+    pub(crate) signed: f64,
+}
+
+impl Sums {
+    pub(crate) fn push(&mut self, error: f32) {
+        let error = f64::from(error);
+        self.count += 1;
+        self.magnitude += error.abs();
+        self.square += error * error;
+        self.signed += error;
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.count += other.count;
+        self.magnitude += other.magnitude;
+        self.square += other.square;
+        self.signed += other.signed;
+    }
+
+    /// Mean of |G - F|; 0 for no fragments.
+    pub(crate) fn mean(&self) -> f64 {
+        self.magnitude / self.count.max(1) as f64
+    }
+
+    /// Standard deviation of |G - F|.
+    pub(crate) fn deviation(&self) -> f64 {
+        (self.square / self.count.max(1) as f64 - self.mean().powi(2)).max(0.0).sqrt()
+    }
+}
+
+/// Least value that at least `share` of the sorted values do not exceed.
+pub(crate) fn percentile(sorted: &[f64], share: f64) -> f64 {
+    let rank = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(rank.saturating_sub(1)).copied().unwrap_or_default()
+}
+
+/// Rounded to the precision of the tables.
+pub(crate) fn rounded(value: f64) -> f64 {
+    (value * 1e9).round() / 1e9 + 0.0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn of(values: &[f64]) -> Moments {
-        let mut moments = Moments::default();
-        values.iter().for_each(|&value| moments.add(value));
-        moments
+    fn of(values: &[f64]) -> Running {
+        let mut running = Running::default();
+        values.iter().for_each(|&value| running.add(value));
+        running
     }
 
     #[test]
     fn repeated_values_count_as_often_as_they_occur() {
-        let mut merged = Moments::default();
+        let mut merged = Running::default();
         merged.add_repeated(2.0, 3.0);
         merged.add_repeated(-1.0, 2.0);
         let plain = of(&[2.0, 2.0, 2.0, -1.0, -1.0]);
@@ -95,5 +145,14 @@ mod tests {
         let mean = joined([(part(1.0, 0.4), 1), (part(2.0, 0.1), 3)].into_iter());
         assert!((mean.value - 1.75).abs() < 1e-15);
         assert!((mean.variance - (0.4 / 16.0 + 0.1 * 9.0 / 16.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn percentiles() {
+        let values: Vec<f64> = (1..=100).map(f64::from).collect();
+        assert_eq!(
+            (percentile(&values, 0.95), percentile(&values, 1.0), percentile(&[], 0.5)),
+            (95.0, 100.0, 0.0)
+        );
     }
 }

@@ -1,11 +1,9 @@
-//! An append-only file of verdicts: what a killed run has found is not computed again.
+//! An append-only file of findings: what a killed run has found is not computed again.
 //!
-//! One line a verdict, ended by a checksum; numbers as the bits of their doubles, so that a resumed run ends with the
-//! bytes of an undisturbed one. The first line names the inputs. A last line without its end was being written when
+//! One line a finding, ended by a checksum. The first line names the inputs. A last line without its end was being written when
 //! the run was killed and is dropped; any other damage is an error, and nothing is changed.
 
-use super::judge::Verdict;
-use super::statistics::Mean;
+use super::{Finding, Shard};
 use crate::error::EvaluationError;
 use crate::provenance::sha256;
 use std::collections::HashMap;
@@ -16,69 +14,12 @@ use std::path::{Path, PathBuf};
 /// File name within a run directory.
 pub(crate) const FILE: &str = "checkpoint.log";
 
-const MAGIC: &str = "msm candidate search, checkpoint 1";
-
-/// Which verdict: block, order, number of the subset.
-pub(crate) type Key = (u16, u16, u32);
-
-/// What was found about a candidate on a block.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Finding {
-    pub(crate) verdict: Verdict,
-    /// Bit i: the i-th function of the candidate depends on those before it and was left out.
-    pub(crate) dropped: u16,
-}
-
-impl Finding {
-    /// Nothing is left of the candidate.
-    pub(crate) fn is_rejected(&self, order: usize) -> bool {
-        self.dropped.count_ones() as usize == order
-    }
-}
-
-/// Part of the candidates: `index` of `count`, counted from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// 1 to `count`.
-    pub index: usize,
-    /// Number of parts.
-    pub count: usize,
-}
-
-impl Shard {
-    /// Everything.
-    pub const WHOLE: Self = Self { index: 1, count: 1 };
-
-    /// Whether a candidate belongs to it.
-    pub(crate) fn contains(&self, number: usize) -> bool {
-        number % self.count == self.index - 1
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let fail = || format!("`{text}` is no shard: write i/N with i from 1 to N, such as 2/4");
-        let (index, count) = text.split_once('/').ok_or_else(fail)?;
-        let (index, count) = (index.parse().map_err(|_| fail())?, count.parse().map_err(|_| fail())?);
-        if !(1..=count).contains(&index) {
-            return Err(fail());
-        }
-        Ok(Self { index, count })
-    }
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.index, self.count)
-    }
-}
+const MAGIC: &str = "msm findings, checkpoint 2";
 
 /// The findings of a file and where its valid part ends.
-pub(crate) struct Loaded {
+pub(crate) struct Loaded<F: Finding> {
     pub(crate) shard: Shard,
-    pub(crate) findings: HashMap<Key, Finding>,
+    pub(crate) findings: HashMap<F::Key, F>,
     length: u64,
 }
 
@@ -99,7 +40,7 @@ impl Checkpoint {
     }
 
     /// Goes on with a file, without what follows its last whole line.
-    pub(crate) fn resume(path: &Path, loaded: &Loaded) -> Result<Self, EvaluationError> {
+    pub(crate) fn resume<F: Finding>(path: &Path, loaded: &Loaded<F>) -> Result<Self, EvaluationError> {
         let fail = |source| EvaluationError::Write { path: path.to_owned(), source };
         let file = OpenOptions::new().append(true).open(path).map_err(fail)?;
         file.set_len(loaded.length).map_err(fail)?;
@@ -107,8 +48,8 @@ impl Checkpoint {
     }
 
     /// Appends findings with one write.
-    pub(crate) fn append(&mut self, findings: &[(Key, Finding)]) -> Result<(), EvaluationError> {
-        let text: String = findings.iter().map(|(key, finding)| sealed(&line(key, finding))).collect();
+    pub(crate) fn append<F: Finding>(&mut self, findings: &[(F::Key, F)]) -> Result<(), EvaluationError> {
+        let text: String = findings.iter().map(|(key, finding)| sealed(&finding.line(key))).collect();
         self.write(&text)
     }
 
@@ -125,7 +66,7 @@ impl Checkpoint {
 }
 
 /// Reads a file that was written for these inputs.
-pub(crate) fn load(path: &Path, inputs: &str) -> Result<Loaded, EvaluationError> {
+pub(crate) fn load<F: Finding>(path: &Path, inputs: &str) -> Result<Loaded<F>, EvaluationError> {
     let fail = |reason: String| EvaluationError::Input { path: path.to_owned(), reason };
     let bytes = std::fs::read(path).map_err(|error| fail(error.to_string()))?;
     let end = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
@@ -141,7 +82,7 @@ pub(crate) fn load(path: &Path, inputs: &str) -> Result<Loaded, EvaluationError>
     };
     if theirs != inputs {
         return Err(fail(format!(
-            "belongs to another search: its inputs are {}, those of this run are {} (experiment, scenes, seed, scale \
+            "belongs to another search or run: its inputs are {}, those of this run are {} (experiment, scenes, seed, scale \
              and program must be the same)",
             short(theirs),
             short(inputs)
@@ -152,7 +93,7 @@ pub(crate) fn load(path: &Path, inputs: &str) -> Result<Loaded, EvaluationError>
     for (number, line) in lines {
         let damaged = |what: &str| fail(format!("line {} is damaged: {what}", number + 1));
         let content = unsealed(line).ok_or_else(|| damaged("wrong checksum"))?;
-        let (key, finding) = parse(content).ok_or_else(|| damaged("not a finding"))?;
+        let (key, finding) = F::parse(content).ok_or_else(|| damaged("not a finding"))?;
         findings.insert(key, finding);
     }
     Ok(Loaded { shard, findings, length: end as u64 })
@@ -160,41 +101,6 @@ pub(crate) fn load(path: &Path, inputs: &str) -> Result<Loaded, EvaluationError>
 
 fn short(hash: &str) -> &str {
     hash.get(..12).unwrap_or(hash)
-}
-
-fn line(key: &Key, finding: &Finding) -> String {
-    let v = &finding.verdict;
-    format!(
-        "{} {} {} {:016x} {:016x} {:016x} {} {} {} {:x}",
-        key.0,
-        key.1,
-        key.2,
-        v.error.to_bits(),
-        v.difference.value.to_bits(),
-        v.difference.variance.to_bits(),
-        v.programs,
-        v.exact,
-        v.uncertified,
-        finding.dropped
-    )
-}
-
-fn parse(content: &str) -> Option<(Key, Finding)> {
-    let words: Vec<&str> = content.split(' ').collect();
-    let [block, order, number, error, value, variance, programs, exact, uncertified, dropped] = words[..]
-    else {
-        return None;
-    };
-    let double = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
-    let verdict = Verdict {
-        error: double(error)?,
-        difference: Mean { value: double(value)?, variance: double(variance)? },
-        programs: programs.parse().ok()?,
-        exact: exact.parse().ok()?,
-        uncertified: uncertified.parse().ok()?,
-    };
-    let key = (block.parse().ok()?, order.parse().ok()?, number.parse().ok()?);
-    Some((key, Finding { verdict, dropped: u16::from_str_radix(dropped, 16).ok()? }))
 }
 
 /// A line with its checksum.
@@ -214,6 +120,8 @@ fn checksum(content: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::kinds::search::judge::{Finding, Verdict};
+    use crate::statistics::Mean;
 
     fn finding(error: f64) -> Finding {
         let difference = Mean { value: -0.125, variance: f64::MIN_POSITIVE };
@@ -237,7 +145,7 @@ mod tests {
         let header = whole.iter().position(|&byte| byte == b'\n').unwrap() + 1;
         for length in header..=whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let loaded = load(&path, "abc").unwrap();
+            let loaded = load::<Finding>(&path, "abc").unwrap();
             assert_eq!(loaded.shard, Shard { index: 2, count: 3 });
             let expected = whole[header..length].iter().filter(|&&byte| byte == b'\n').count();
             assert_eq!(loaded.findings.len(), expected);
@@ -246,7 +154,7 @@ mod tests {
             resumed.append(&findings[expected..]).unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), whole);
         }
-        let loaded = load(&path, "abc").unwrap();
+        let loaded = load::<Finding>(&path, "abc").unwrap();
         assert!(findings.iter().all(|(key, finding)| loaded.findings[key] == *finding));
         std::fs::remove_file(&path).unwrap();
     }
@@ -256,7 +164,8 @@ mod tests {
         let path = file("damage");
         let mut checkpoint = Checkpoint::create(&path, "abc", Shard::WHOLE).unwrap();
         checkpoint.append(&[((0, 4, 7), finding(0.1)), ((0, 4, 8), finding(0.2))]).unwrap();
-        let message = |inputs: &str| load(&path, inputs).err().map(|e| e.to_string()).unwrap_or_default();
+        let message =
+            |inputs: &str| load::<Finding>(&path, inputs).err().map(|e| e.to_string()).unwrap_or_default();
         assert!(message("abd").contains("another search"));
         let whole = std::fs::read(&path).unwrap();
         // Every byte but the ends of lines, whose change can make a line torn.
@@ -270,16 +179,5 @@ mod tests {
         std::fs::write(&path, b"").unwrap();
         assert!(message("abc").contains("empty"));
         std::fs::remove_file(&path).unwrap();
-    }
-
-    #[test]
-    fn shards_divide_the_candidates() {
-        let shards: Vec<Shard> = ["1/3", "2/3", "3/3"].map(|text| text.parse().unwrap()).into();
-        for number in 0..20 {
-            assert_eq!(shards.iter().filter(|shard| shard.contains(number)).count(), 1);
-        }
-        for text in ["0/3", "4/3", "1/0", "x", "1/2/3", "-1/2", ""] {
-            assert!(text.parse::<Shard>().is_err(), "{text}");
-        }
     }
 }

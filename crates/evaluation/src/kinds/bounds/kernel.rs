@@ -11,7 +11,7 @@ const MAX_SIZE: usize = 256;
 /// A square of equally weighted texels; each holds the depth of the nearest surface that covers its centre.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct Kernel {
+pub struct SyntheticKernel {
     /// Name in records and figures.
     pub id: String,
     /// Texels along a side.
@@ -65,10 +65,12 @@ pub enum Region {
     },
 }
 
-impl Kernel {
+impl SyntheticKernel {
     /// Depths of the texels, row by row. Random numbers depend on `seed` and `index` (of the kernel) only.
     pub fn depths(&self, seed: u64, index: usize) -> Result<Vec<f64>, EvaluationError> {
-        let fail = |reason: String| EvaluationError::Value(format!("kernel `{}`: {reason}", self.id));
+        let fail = |reason: String| {
+            EvaluationError::key(format!("kernel[{index}]"), format!("kernel `{}`: {reason}", self.id))
+        };
         if !(1..=MAX_SIZE).contains(&self.size) {
             return Err(fail(format!("size = {} is not between 1 and {MAX_SIZE}", self.size)));
         }
@@ -117,7 +119,7 @@ pub fn uniform_distribution(depths: &[f64]) -> Result<DepthDistribution, Evaluat
 mod tests {
     use super::*;
 
-    fn kernel(text: &str) -> Kernel {
+    fn kernel(text: &str) -> SyntheticKernel {
         toml::from_str(text).unwrap()
     }
 

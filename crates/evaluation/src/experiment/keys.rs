@@ -1,0 +1,60 @@
+//! Which key of an experiment a mistake is about.
+
+use crate::error::EvaluationError;
+use shadow_filtering::FilteringError;
+
+impl EvaluationError {
+    /// A value that makes no sense, under a key such as `technique[3].method.exponent`.
+    pub(crate) fn key(key: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Key { key: key.into(), reason: reason.into() }
+    }
+}
+
+/// Rejects a list that holds a name twice; `list` is its key, `what` an item of it.
+pub(crate) fn unique<'a>(
+    (list, name, what): (&str, &str, &str),
+    names: impl Iterator<Item = &'a str>,
+) -> Result<(), EvaluationError> {
+    let mut known = std::collections::HashSet::new();
+    for (i, value) in names.enumerate() {
+        if !known.insert(value) {
+            let reason = format!("{what} `{value}` appears twice");
+            return Err(EvaluationError::key(format!("{list}[{i}].{name}"), reason));
+        }
+    }
+    Ok(())
+}
+
+/// Rejects what cannot be the name of a file on every system.
+pub(crate) fn file_name(key: &str, what: &str, id: &str) -> Result<(), EvaluationError> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if !id.is_empty() && id.chars().all(plain) {
+        return Ok(());
+    }
+    Err(EvaluationError::key(key, format!("{what} id `{id}` is no file name of letters, digits and -")))
+}
+
+/// The words of a name or of a file's stem, in lower case with hyphens between them.
+pub(crate) fn words(text: &str) -> String {
+    let stem = std::path::Path::new(text).file_stem().map_or(text.into(), |stem| stem.to_string_lossy());
+    let words: Vec<String> = stem
+        .split(|c: char| !c.is_ascii_alphanumeric())
+        .filter(|word| !word.is_empty())
+        .map(str::to_ascii_lowercase)
+        .collect();
+    words.join("-")
+}
+
+/// The error with its key below `place`, the empty one being the top of the file.
+pub(crate) fn in_key(place: &str) -> impl Fn(FilteringError) -> EvaluationError {
+    move |error| {
+        let inner = match &error {
+            FilteringError::Parameter { key, .. } => key,
+            FilteringError::Basis(_) => "basis",
+            _ => "",
+        };
+        let dot = if place.is_empty() || inner.is_empty() { "" } else { "." };
+        let colon = if place.is_empty() { "" } else { ": " };
+        EvaluationError::Key { key: format!("{place}{dot}{inner}"), reason: format!("{place}{colon}{error}") }
+    }
+}

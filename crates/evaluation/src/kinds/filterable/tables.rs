@@ -1,0 +1,143 @@
+//! What is kept of the views, and the rows that they are pooled into.
+
+use super::evaluate::{Evaluated, FilterablePlan};
+use super::picture;
+use super::records::{AgreementRecord, FilterableRecord, FilterableSample, ViewRecord};
+use super::statistics::{Group, Outcome, record};
+use super::view::CLASSES;
+use crate::error::EvaluationError;
+use crate::run::Recorded;
+use crate::run_directory::RecordedFile;
+use crate::shards;
+use serde::{Deserialize, Serialize};
+
+/// What is kept of a view.
+#[derive(Clone, Deserialize, Serialize)]
+pub(super) struct Finding {
+    pub(super) view: ViewRecord,
+    pub(super) is_complete: bool,
+    /// By technique.
+    pub(super) evaluated: Vec<Evaluated>,
+    pub(super) agreement: Vec<AgreementRecord>,
+    pub(super) files: Vec<RecordedFile>,
+    pub(super) pictures: picture::Tables,
+    /// Of the first view.
+    pub(super) samples: Vec<FilterableSample>,
+}
+
+impl shards::Finding for Finding {
+    const PIECES: &'static str = "views";
+    type Key = usize;
+
+    fn line(&self, key: &usize) -> String {
+        // Numbers and text have no reason to fail; a line without a finding would be refused when it is read.
+        format!("{key} {}", serde_json::to_string(self).unwrap_or_default())
+    }
+
+    fn parse(content: &str) -> Option<(usize, Self)> {
+        let (key, finding) = content.split_once(' ')?;
+        Some((key.parse().ok()?, serde_json::from_str(finding).ok()?))
+    }
+}
+
+/// What is kept of the views.
+#[derive(Default)]
+pub(super) struct Tables {
+    views: Vec<ViewRecord>,
+    complete: Vec<bool>,
+    /// By technique and view.
+    evaluated: Vec<Vec<Evaluated>>,
+    agreement: Vec<AgreementRecord>,
+    files: Vec<RecordedFile>,
+    pictures: picture::Tables,
+    samples: Vec<FilterableSample>,
+}
+
+impl Tables {
+    /// In the order of the views.
+    pub(super) fn new(findings: impl Iterator<Item = Finding>) -> Self {
+        let mut tables = Self::default();
+        for finding in findings {
+            tables.views.push(finding.view);
+            tables.complete.push(finding.is_complete);
+            tables.evaluated.resize_with(finding.evaluated.len(), Vec::new);
+            tables.evaluated.iter_mut().zip(finding.evaluated).for_each(|(list, one)| list.push(one));
+            tables.agreement.extend(finding.agreement);
+            tables.files.extend(finding.files);
+            tables.pictures.kernels.extend(finding.pictures.kernels);
+            tables.pictures.curves.extend(finding.pictures.curves);
+            tables.samples.extend(finding.samples);
+        }
+        tables
+    }
+
+    pub(super) fn recorded(self, plan: &FilterablePlan<'_>) -> Result<Recorded, EvaluationError> {
+        let records = self.records(plan);
+        let trials = records.len() + self.agreement.len();
+        let failed = records.iter().filter(|record| !record.error.is_empty()).count()
+            + self.agreement.iter().filter(|record| record.failed > 0).count();
+        let mut files = self.files;
+        files.extend([
+            RecordedFile::csv("records.csv", &records)?,
+            RecordedFile::csv("views.csv", &self.views)?,
+            RecordedFile::csv("samples.csv", &self.samples)?,
+        ]);
+        if !self.agreement.is_empty() {
+            files.push(RecordedFile::csv("agreement.csv", &self.agreement)?);
+        }
+        if !self.pictures.kernels.is_empty() {
+            files.push(RecordedFile::csv("kernels.csv", &self.pictures.kernels)?);
+            files.push(RecordedFile::csv("curves.csv", &self.pictures.curves)?);
+        }
+        Ok(Recorded { files, trials, failed, complete: true })
+    }
+
+    /// Rows per view, per scene and pooled, the latter two by class too; for all biases but the first only the pooled row.
+    fn records(&self, plan: &FilterablePlan<'_>) -> Vec<FilterableRecord> {
+        let mut scenes: Vec<&str> = Vec::new();
+        for view in &self.views {
+            if !scenes.contains(&view.scene.as_str()) {
+                scenes.push(&view.scene);
+            }
+        }
+        let mut records = Vec::new();
+        for bias in 0..plan.experiment.bias.len() {
+            for (technique, settings) in plan.experiment.technique.iter().enumerate() {
+                let mut push = |scene: &str, name: &str, views: Vec<usize>, class: Option<usize>| {
+                    let evaluated = || views.iter().map(|&view| &self.evaluated[technique][view]);
+                    let outcomes: Vec<&[Outcome]> = evaluated().map(|e| e.by_bias[bias].as_slice()).collect();
+                    let error = evaluated().map(|e| e.error.as_str()).find(|error| !error.is_empty());
+                    let group = Group {
+                        scene,
+                        view: name,
+                        technique: &settings.name,
+                        bias,
+                        class,
+                        sampled: settings.is_certified() || !views.iter().all(|&view| self.complete[view]),
+                        is_bound: plan.methods[technique].is_bound(),
+                        bits_per_texel: plan.methods[technique].bits_per_texel(),
+                    };
+                    records.push(record(&group, &outcomes, error.unwrap_or_default()));
+                };
+                if bias > 0 {
+                    push("all", "all", (0..self.views.len()).collect(), None);
+                    continue;
+                }
+                for (index, view) in self.views.iter().enumerate() {
+                    push(&view.scene, &view.view, vec![index], None);
+                }
+                let classes = || [None].into_iter().chain((0..CLASSES).map(Some));
+                for scene in &scenes {
+                    let of_scene = |&view: &usize| self.views[view].scene == *scene;
+                    for class in classes() {
+                        push(scene, "all", (0..self.views.len()).filter(of_scene).collect(), class);
+                    }
+                }
+                for class in classes() {
+                    push("all", "all", (0..self.views.len()).collect(), class);
+                }
+            }
+        }
+        records
+    }
+}
