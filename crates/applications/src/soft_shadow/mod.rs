@@ -5,12 +5,14 @@ mod penumbra;
 mod percentage_closer;
 mod reconstruction;
 mod truth;
+mod view;
 
 pub use filterable::{filterable_soft_shadow, filtered_hard_shadow};
 pub use penumbra::Penumbra;
 pub use percentage_closer::{DepthField, percentage_closer_soft_shadow};
 pub use reconstruction::{Blockers, Reconstruction, ReconstructionError, Warp};
 pub use truth::{AreaTruth, OccludedFraction, TruthError, TruthSettings};
+pub use view::{SoftMethod, SoftReceiver, SoftShadow};
 
 use moment_problem::arithmetic::Real;
 

@@ -1,7 +1,9 @@
 //! Exact cases of all methods.
 
 use super::*;
-use crate::field::SummedMoments;
+use crate::field::{MomentField, SummedMoments};
+use crate::rays::Triangles;
+use crate::{Outline, PlacedLight, errors, truths};
 use moment_problem::MomentBound;
 use shadow_filtering::DepthMap;
 
@@ -41,8 +43,7 @@ fn techniques() -> Vec<Reconstruction<f64>> {
 }
 
 fn summed(map: &DepthMap, technique: &Reconstruction<f64>, texels: u32) -> SummedMoments {
-    let encode = |depth: f64, out: &mut [f64]| technique.encode(depth, out);
-    SummedMoments::new([SIZE; 2], map.depths(), technique.channels(), texels, encode).unwrap()
+    SoftMethod::field(map, technique, texels).unwrap()
 }
 
 fn fragment(x: f64, depth: f64) -> Fragment<f64> {
@@ -123,6 +124,55 @@ fn epsilon_keeps_lit_fragments_sharp() {
         widths.fold(0.0, f64::max)
     };
     assert!(widest(0.01) < 0.5 && widest(0.0) > 5.0, "{} {}", widest(0.01), widest(0.0));
+}
+
+/// The whole way: a map, shadow rays against the triangles that it shows, and every method against them.
+#[test]
+fn methods_are_estimates_of_the_truth() {
+    let (map, penumbra) = (step(), lamp(1.0));
+    // The light's middle is at the origin and shines along z; map texel x is 20 units of x / z, shifted by 48.
+    let wall = |left: f32, right: f32, depth: f64| {
+        let (z, far) = ((1.0 + 4.0 * depth) as f32, 40.0);
+        [[left * z, -far, z], [right * z, -far, z], [left * z, far, z], [right * z, far, z]]
+    };
+    let edge = ((EDGE as f64 - 48.0) / 20.0) as f32;
+    let positions = [wall(-9.0, edge, BLOCKER), wall(-9.0, 9.0, RECEIVER)].concat();
+    let scene = Triangles::new(&positions, &[[0, 1, 2], [2, 1, 3], [4, 5, 6], [6, 5, 7]]).unwrap();
+    let settings = TruthSettings { standard_error: 2e-3, most_rays: 1 << 14, seed: 1 };
+    let truth = AreaTruth::new(settings).unwrap();
+    let light = PlacedLight {
+        outline: Outline::Rectangle,
+        middle: [0.0; 3],
+        half_axes: [[1.0, 0.0, 0.0], [0.0, 0.6, 0.0]],
+        at_infinity: false,
+    };
+    let view = SoftShadow { scene: &scene, light, truth: &truth, map: &map, penumbra };
+    let receivers: Vec<SoftReceiver> = (0..60)
+        .map(|i| {
+            let at = fragment(36.0 + 0.4 * f64::from(i), RECEIVER);
+            let z = 1.0 + 4.0 * RECEIVER;
+            let point = [0, 1].map(|k| (at.position[k] - 48.0) / 20.0 * z);
+            let surface = scene.surface_near([point[0], point[1], z], [0.0, 0.0, 1.0], 0.01).unwrap();
+            SoftReceiver { surface, fragment: at, stream: i as u64 }
+        })
+        .collect();
+    for (receiver, truth) in receivers.iter().zip(truths(&view, &receivers)) {
+        let expected = covered(receiver.fragment.position[0], &penumbra);
+        assert!((truth - expected).abs() < 6.0 * settings.standard_error, "{receiver:?} {truth} {expected}");
+    }
+    let technique = techniques()[2];
+    let field = summed(&map, &technique, penumbra.largest_region([SIZE; 2]));
+    let filter = Filter::published();
+    let search = BlockerSearch { epsilon: 1e-6, ..BlockerSearch::published() };
+    let compared = BlockerSearch { bias: BIAS, ..BlockerSearch::percentage_closer() };
+    for (method, allowed) in [
+        (SoftMethod::PercentageCloser(compared, filter), 0.015),
+        (SoftMethod::Filterable(field.clone(), technique, search, filter), 0.015),
+        (SoftMethod::FilteredHard(field, technique, [4.0; 2], filter), 0.35),
+    ] {
+        let worst = errors(&view, &method, &receivers).unwrap().into_iter().map(f64::abs).fold(0.0, f64::max);
+        assert!(worst < allowed, "{worst} where {allowed} is allowed");
+    }
 }
 
 /// A light without size: every method is the hard shadow of the same map.

@@ -2,7 +2,7 @@
 
 use crate::drawing::escaped;
 use crate::error::ReportError;
-use crate::page::{Block, Columns, Drawing, Explorer, RecordedPicture, Span, Table, Text, json};
+use crate::page::{Block, Drawing, Explorer, PictureColumns, RecordedPicture, Span, Table, Text, json};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use evaluation::{PICTURE_GAP, RunDirectory};
@@ -93,7 +93,7 @@ struct Source {
 }
 
 /// Two columns of a picture under a slider: of the one before it, or of `sources`.
-fn comparer(columns: &Columns, sources: &[Source]) -> String {
+fn comparer(columns: &PictureColumns, sources: &[Source]) -> String {
     let [width, height] = columns.size;
     format!(
         "<div class=\"comparer\" data-width=\"{width}\" data-height=\"{height}\" data-gap=\"{PICTURE_GAP}\" data-names=\"{}\" data-pictures=\"{}\"></div>\n",

@@ -6,8 +6,9 @@ use crate::comparison;
 use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::kinds;
-use crate::page::{Page, Table, Text, code, row};
+use crate::page::{Page, Table, Text, code};
 use blocks::{block, explorer, table};
+use evaluation::Provenance;
 use std::fmt::Write as _;
 
 const STYLE: &str = include_str!("report.css");
@@ -53,13 +54,11 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
 
 /// Each experiment's question with the sentence that answers it.
 fn answers(pages: &[Page]) -> Table {
-    let rows = pages.iter().map(|page| {
-        let name = page.name();
-        let link = Text::default().link(&name, format!("#{name}"));
-        let question = Text::default().prose(first_sentence(&page.question));
-        row![link, question, page.content.answer.first().cloned().unwrap_or_default()]
-    });
-    Table::default().left(["experiment", "question", "answer"]).rows(rows)
+    Table::of(pages)
+        .left("experiment", |page| Text::default().link(page.name(), format!("#{}", page.name())))
+        .left("question", |page| Text::default().prose(first_sentence(&page.question)))
+        .left("answer", |page| page.content.answer.first().cloned().unwrap_or_default())
+        .into()
 }
 
 /// Prose up to the end of its first sentence.
@@ -70,20 +69,16 @@ fn first_sentence(prose: &str) -> &str {
 
 /// Commit, command and machine of each run.
 fn origins(pages: &[Page]) -> Table {
-    let rows = pages.iter().map(|page| {
-        let p = &page.provenance;
-        let changed = if p.build.dirty == "false" { "" } else { " and changes" };
-        let commit = p.build.commit.get(..12).unwrap_or(&p.build.commit);
-        row![
-            page.name(),
-            code(&p.command),
-            format!("{commit}{changed}"),
-            &p.build.rustc,
-            format!("{} threads on {}, {}", p.threads, p.cpu, p.os),
-            &p.started,
-            format!("{:.0}", p.seconds)
-        ]
-    });
-    let columns = ["experiment", "command", "commit", "compiler", "machine", "started"];
-    Table::default().left(columns).right(["seconds"]).rows(rows)
+    let changed = |page: &Page| if page.provenance.build.dirty == "false" { "" } else { " and changes" };
+    let machine = |p: &Provenance| format!("{} threads on {}, {}", p.threads, p.cpu, p.os);
+    let commit = |p: &Provenance| p.build.commit.chars().take(12).collect::<String>();
+    Table::of(pages)
+        .left("experiment", Page::name)
+        .left("command", |page| code(&page.provenance.command))
+        .left("commit", |page| commit(&page.provenance) + changed(page))
+        .left("compiler", |page| &page.provenance.build.rustc)
+        .left("machine", |page| machine(&page.provenance))
+        .left("started", |page| &page.provenance.started)
+        .right("seconds", |page| format!("{:.0}", page.provenance.seconds))
+        .into()
 }

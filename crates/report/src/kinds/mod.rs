@@ -1,4 +1,4 @@
-//! The kinds of experiments: each a folder with its tables in numbers, its figures and what papers say about it.
+//! The kinds of experiments: each a folder with its numbers, tables, figures and claims.
 
 mod bounds;
 mod filterable;

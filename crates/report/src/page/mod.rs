@@ -67,12 +67,12 @@ pub(crate) struct Drawing {
 pub(crate) struct RecordedPicture {
     pub(crate) id: String,
     pub(crate) title: String,
-    pub(crate) columns: Columns,
+    pub(crate) columns: PictureColumns,
 }
 
 /// The reference and techniques side by side in a picture, all of one size in pixels.
 #[derive(Clone, Debug)]
-pub(crate) struct Columns {
+pub(crate) struct PictureColumns {
     pub(crate) size: [u32; 2],
     /// Techniques, from the second column on.
     pub(crate) techniques: Vec<String>,
@@ -83,7 +83,7 @@ pub(crate) enum Explorer {
     /// The class that the script knows it by, its data as JSON, and what is said without a script.
     Chart { class: &'static str, data: String, without_script: Option<&'static str> },
     /// Pictures with equal columns, one shown at a time.
-    Pictures(Columns, Vec<RecordedPicture>),
+    Pictures(PictureColumns, Vec<RecordedPicture>),
 }
 
 impl Page {
@@ -200,7 +200,13 @@ impl Block {
     }
 
     /// A table under its heading, with a note on how to read it where one is needed; nothing without rows.
-    pub(crate) fn section(level: u8, heading: &str, table: Table, note: Option<Text>) -> Vec<Self> {
+    pub(crate) fn section(
+        level: u8,
+        heading: &str,
+        table: impl Into<Table>,
+        note: Option<Text>,
+    ) -> Vec<Self> {
+        let table = table.into();
         if table.rows.is_empty() {
             return Vec::new();
         }

@@ -35,6 +35,47 @@ impl Table {
     }
 }
 
+/// A table whose columns say what they show of each row.
+pub(crate) struct Columns<R> {
+    rows: Vec<R>,
+    table: Table,
+}
+
+impl Table {
+    /// Of these rows, without columns yet.
+    pub(crate) fn of<R: Copy>(rows: impl IntoIterator<Item = R>) -> Columns<R> {
+        let rows: Vec<R> = rows.into_iter().collect();
+        let table = Self { rows: vec![Vec::new(); rows.len()], ..Self::default() };
+        Columns { rows, table }
+    }
+}
+
+impl<R: Copy> Columns<R> {
+    fn column<T: Into<Text>>(mut self, right: bool, name: impl Into<Text>, cell: impl Fn(R) -> T) -> Self {
+        self.table.columns.push(Column { name: name.into(), right });
+        for (cells, &row) in self.table.rows.iter_mut().zip(&self.rows) {
+            cells.push(cell(row).into());
+        }
+        self
+    }
+
+    /// A column of words.
+    pub(crate) fn left<T: Into<Text>>(self, name: impl Into<Text>, cell: impl Fn(R) -> T) -> Self {
+        self.column(false, name, cell)
+    }
+
+    /// A column of numbers.
+    pub(crate) fn right<T: Into<Text>>(self, name: impl Into<Text>, cell: impl Fn(R) -> T) -> Self {
+        self.column(true, name, cell)
+    }
+}
+
+impl<R> From<Columns<R>> for Table {
+    fn from(columns: Columns<R>) -> Self {
+        columns.table
+    }
+}
+
 /// Cells of a row from whatever can be [`Text`].
 macro_rules! row {
     ($($cell:expr),* $(,)?) => { vec![$($crate::page::Text::from($cell)),*] };

@@ -31,7 +31,7 @@ pub(crate) fn compare(
             .into_par_iter()
             .map(|index| {
                 let receiver = view.samples[index].receiver;
-                let z = plan.compared(view, &receiver, 0);
+                let z = plan.hard_shadow(view, 0).compared(&receiver);
                 let moments = filtered.texel(receiver.x, receiver.y);
                 let solved = program.shade(&biased.biased(moments), z).map_err(|e| e.to_string())?;
                 Ok((closed.bounds(moments, z).map_err(|e| e.to_string())?.lower - solved).abs())

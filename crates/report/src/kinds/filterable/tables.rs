@@ -1,10 +1,10 @@
 //! The tables of a `filterable` experiment, each with a note on how to read it.
 
 use super::order;
-use super::summary::{Agreement, FilterableTables};
+use super::summary::FilterableTables;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, in_percent, row};
-use evaluation::{DepthBias, FilterableRecord, ViewRecord};
+use evaluation::{DepthBias, FilterableRecord};
 
 pub(crate) fn blocks(tables: &FilterableTables<'_>) -> Vec<Block> {
     [
@@ -29,27 +29,19 @@ fn l1_error(record: &FilterableRecord) -> String {
 }
 
 fn errors(tables: &FilterableTables<'_>) -> Vec<Block> {
-    let cells = |r: &FilterableRecord| {
-        row![
-            &r.technique,
-            r.bits_per_texel,
-            percent(r.l1_error),
-            r.standard_error.map(percent),
-            percent(r.signed_mean),
-            percent(r.rms),
-            percent(r.p95),
-            percent(r.maximum),
-            percent(r.share_above),
-            percent(r.leak),
-            r.unbiased_violations,
-            r.fragments,
-        ]
-    };
-    let table = Table::default()
-        .left(["technique"])
-        .right(["bits a texel", "L1 error", "standard error", "signed mean", "RMS", "p95", "maximum"])
-        .right(["share above F", "leak", "violations", "fragments"])
-        .rows(tables.pooled(0).into_iter().map(cells));
+    let table = Table::of(tables.pooled(0))
+        .left("technique", |r| &r.technique)
+        .right("bits a texel", |r| r.bits_per_texel)
+        .right("L1 error", l1_error)
+        .right("standard error", |r| r.standard_error.map(percent))
+        .right("signed mean", |r| percent(r.signed_mean))
+        .right("RMS", |r| percent(r.rms))
+        .right("p95", |r| percent(r.p95))
+        .right("maximum", |r| percent(r.maximum))
+        .right("share above F", |r| percent(r.share_above))
+        .right("leak", |r| percent(r.leak))
+        .right("violations", |r| r.unbiased_violations)
+        .right("fragments", |r| r.fragments);
     let note = Text::from(
         "All in percent of shadow intensity. L1 error: mean |G - F|. Signed mean: below 0 light leaks, above 0 \
          shadows fall where none belong. Leak: mean of PCF minus G where both compare the same depth, so that no bias \
@@ -133,46 +125,36 @@ fn by_bias(tables: &FilterableTables<'_>) -> Vec<Block> {
 }
 
 fn agreement(tables: &FilterableTables<'_>) -> Vec<Block> {
-    let cells = |a: Agreement| row![a.technique, a.fragments, format!("{:.1e}", a.largest), a.failed];
-    let table = Table::default()
-        .left(["closed form"])
-        .right(["fragments", "largest disagreement", "failed programs"])
-        .rows(tables.agreements().into_iter().map(cells));
+    let agreements = tables.agreements();
+    let table = Table::of(&agreements)
+        .left("closed form", |a| &a.technique)
+        .right("fragments", |a| a.fragments)
+        .right("largest disagreement", |a| format!("{:.1e}", a.largest))
+        .right("failed programs", |a| a.failed);
     Block::section(2, "Closed forms against the certified linear program", table, None)
 }
 
 fn cost(tables: &FilterableTables<'_>) -> Vec<Block> {
-    let rows = tables.pooled(0).into_iter().filter_map(|r| {
-        let time = |stage| tables.least_time(&r.technique, stage).map(|ns| format!("{ns:.0}"));
-        let shade = time("shade")?;
-        Some(row![&r.technique, time("filter"), shade])
-    });
-    let table = Table::default()
-        .left(["technique"])
-        .right(["encode and filter, ns a texel", "shade, ns a fragment"])
-        .rows(rows);
+    let time = |technique: &str, stage| tables.least_time(technique, stage).map(|ns| format!("{ns:.0}"));
+    let is_timed = |r: &&FilterableRecord| tables.least_time(&r.technique, "shade").is_some();
+    let table = Table::of(tables.pooled(0).into_iter().filter(is_timed))
+        .left("technique", |r| &r.technique)
+        .right("encode and filter, ns a texel", |r| time(&r.technique, "filter"))
+        .right("shade, ns a fragment", |r| time(&r.technique, "shade"));
     let note = Text::from("f64, the least of the recorded repetitions on the first view.");
     Block::section(2, "Time on one core", table, Some(note))
 }
 
 fn views(tables: &FilterableTables<'_>) -> Vec<Block> {
-    let cells = |v: &ViewRecord| {
-        row![
-            format!("{} {}", v.scene, v.view),
-            v.stack_entries,
-            v.layers,
-            v.fragments,
-            v.sampled,
-            format!("{:.5}", v.texel_depth),
-            format!("{:.5}", v.median_slope),
-            in_percent(v.mean_reference, 1),
-            v.clamped_depths,
-        ]
-    };
-    let table = Table::default()
-        .left(["view"])
-        .right(["stack entries", "layers", "fragments", "evaluated", "texel depth", "median slope"])
-        .right(["mean F, %", "clamped"])
-        .rows(tables.views.iter().map(cells));
+    let table = Table::of(&tables.views)
+        .left("view", |v| format!("{} {}", v.scene, v.view))
+        .right("stack entries", |v| v.stack_entries)
+        .right("layers", |v| v.layers)
+        .right("fragments", |v| v.fragments)
+        .right("evaluated", |v| v.sampled)
+        .right("texel depth", |v| format!("{:.5}", v.texel_depth))
+        .right("median slope", |v| format!("{:.5}", v.median_slope))
+        .right("mean F, %", |v| in_percent(v.mean_reference, 1))
+        .right("clamped", |v| v.clamped_depths);
     Block::section(2, "Views", table, None)
 }

@@ -1,8 +1,8 @@
 //! The tables of a quantisation experiment, each with a note on how to read it.
 
 use super::summary::{QuantizationTables, percent};
-use crate::page::{Block, Table, Text, code, in_percent, row};
-use evaluation::{BiasRecord, ComparisonRecord, GainRecord, QuantizationViewRecord};
+use crate::page::{Block, Table, Text, code, in_percent};
+use evaluation::{BiasRecord, ComparisonRecord};
 
 pub(crate) fn blocks(tables: &QuantizationTables) -> Vec<Block> {
     [gains(tables), errors(tables), comparisons(tables), circulation(tables), targets(tables), views(tables)]
@@ -15,25 +15,17 @@ fn alpha(value: f64) -> String {
 }
 
 fn gains(tables: &QuantizationTables) -> Vec<Block> {
-    let cells = |g: &GainRecord| {
-        let overshoot = |(min, max): (f64, f64)| format!("{:.0e}", (-min).max(max - 1.0).max(0.0));
-        row![
-            code(&g.basis),
-            &g.transform,
-            &g.range,
-            g.gain_bits.map(|bits| format!("{bits:.5}")),
-            g.bound_bits.map(|bits| format!("{:.4}", (bits * 1e4).ceil() / 1e4)),
-            g.gain_bits.zip(g.bound_bits).map(|(gain, bound)| format!("{:.4}", bound - gain)),
-            g.range_min.zip(g.range_max).map(overshoot),
-            g.starts_at_best.zip(g.starts).map(|(hits, starts)| format!("{hits} of {starts}")),
-            tables.seconds(&g.basis, &g.transform).map(|s| format!("{s:.2}")),
-        ]
-    };
-    let table = Table::default()
-        .left(["basis"])
-        .right(["transform", "depths", "gain, bits", "bound, bits", "gap", "overshoot", "starts at best"])
-        .right(["time, s"])
-        .rows(tables.gains.iter().map(cells));
+    let overshoot = |(min, max): (f64, f64)| format!("{:.0e}", (-min).max(max - 1.0).max(0.0));
+    let table = Table::of(&tables.gains)
+        .left("basis", |g| code(&g.basis))
+        .right("transform", |g| &g.transform)
+        .right("depths", |g| &g.range)
+        .right("gain, bits", |g| g.gain_bits.map(|bits| format!("{bits:.5}")))
+        .right("bound, bits", |g| g.bound_bits.map(|bits| format!("{:.4}", (bits * 1e4).ceil() / 1e4)))
+        .right("gap", |g| g.gain_bits.zip(g.bound_bits).map(|(gain, bound)| format!("{:.4}", bound - gain)))
+        .right("overshoot", |g| g.range_min.zip(g.range_max).map(overshoot))
+        .right("starts at best", |g| g.starts_at_best.zip(g.starts).map(|(hits, n)| format!("{hits} of {n}")))
+        .right("time, s", |g| tables.seconds(&g.basis, &g.transform).map(|s| format!("{s:.2}")));
     let note = Text::from(
         "Gain: log2 |det theta| in units of depths in [0, 1]; more is better. Bound: no transform gains more, proved. \
          Overshoot: how far stored values can leave [0, 1], proved. Starts at best: random starts of the search that came \
@@ -49,36 +41,28 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
         });
         of.map(|r| r.bits_per_texel)
     };
-    let rows = tables.best().into_iter().map(|b| {
-        let exact = tables.exact(&b.bound, &b.kernel);
-        let lost = |error: f64| exact.map(|exact| format!("{:+.3}", 100.0 * (error - exact)));
-        let valid = tables.most_valid(b).unwrap_or(b);
-        row![
-            &b.bound,
-            &b.transform,
-            &b.format,
-            &b.kernel,
-            bits(b),
-            exact.map(percent),
-            percent(b.invalid_unbiased),
-            format!("{} ({})", alpha(b.best_alpha), b.target),
-            lost(b.best_l1_error),
-            percent(b.best_change),
-            percent(b.best_excess_share),
-            percent(b.best_failure_share),
-            format!("{} ({})", alpha(valid.alpha_999), valid.target),
-            alpha(valid.alpha_all),
-            lost(valid.valid_l1_error),
-            percent(valid.valid_change),
-        ]
-    });
-    let table = Table::default()
-        .left(["bound"])
-        .right(["transform", "format", "filter", "bits a texel", "L1, not quantised"])
-        .right(["invalid, alpha 0", "alpha of least error (b*)", "L1 added", "change"])
-        .right(["false shadows", "invalid", "alpha, 99.9 % valid (b*)", "all valid", "L1 added"])
-        .right(["change"])
-        .rows(rows);
+    let exact = |b: &BiasRecord| tables.exact(&b.bound, &b.kernel);
+    let lost = |b: &BiasRecord, error: f64| exact(b).map(|exact| format!("{:+.3}", 100.0 * (error - exact)));
+    let rows = tables.best().into_iter().map(|b| (b, tables.most_valid(b).unwrap_or(b)));
+    let table = Table::of(rows)
+        .left("bound", |(b, _)| &b.bound)
+        .right("transform", |(b, _)| &b.transform)
+        .right("format", |(b, _)| &b.format)
+        .right("filter", |(b, _)| &b.kernel)
+        .right("bits a texel", |(b, _)| bits(b))
+        .right("L1, not quantised", |(b, _)| exact(b).map(percent))
+        .right("invalid, alpha 0", |(b, _)| percent(b.invalid_unbiased))
+        .right("alpha of least error (b*)", |(b, _)| format!("{} ({})", alpha(b.best_alpha), b.target))
+        .right("L1 added", |(b, _)| lost(b, b.best_l1_error))
+        .right("change", |(b, _)| percent(b.best_change))
+        .right("false shadows", |(b, _)| percent(b.best_excess_share))
+        .right("invalid", |(b, _)| percent(b.best_failure_share))
+        .right("alpha, 99.9 % valid (b*)", |(_, valid)| {
+            format!("{} ({})", alpha(valid.alpha_999), valid.target)
+        })
+        .right("all valid", |(_, valid)| alpha(valid.alpha_all))
+        .right("L1 added", |(b, valid)| lost(b, valid.valid_l1_error))
+        .right("change", |(_, valid)| percent(valid.valid_change));
     let note = Text::from(
         "Errors and shares in percent; less is better. L1 added: mean |G - F| minus that of the same bound without \
          quantisation. Change: mean distance of G from the same bound without quantisation. False shadows: share of \
@@ -100,28 +84,21 @@ fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
         let bias = tables.biases.iter().find(same).and_then(|b| tables.most_valid(b));
         bias.map(|b| format!("{} at {}", percent(b.valid_l1_error), alpha(b.alpha_999)))
     };
-    let rows = tables.comparisons.iter().map(|c| {
-        row![
-            &c.bound,
-            &c.format,
-            &c.transform,
-            &c.baseline,
-            percent(c.l1_error),
-            percent(c.baseline_l1_error),
-            format!("{:+.4} ± {:.4}", 100.0 * c.difference, 100.0 * c.standard_error),
-            format!("{} ({})", alpha(c.alpha), c.target),
-            format!("{} ({})", alpha(c.baseline_alpha), c.baseline_target),
-            format!("{} of {}", c.better_views, c.views),
-            valid(c, &c.transform),
-            valid(c, &c.baseline),
-        ]
-    });
-    let table = Table::default()
-        .left(["bound"])
-        .right(["format", "transform", "against", "L1", "its L1", "difference", "alpha (b*)"])
-        .right(["its alpha (b*)", "views in which it is better", "L1 at 99.9 % valid"])
-        .right(["its L1 at 99.9 % valid"])
-        .rows(rows);
+    let difference =
+        |c: &ComparisonRecord| format!("{:+.4} ± {:.4}", 100.0 * c.difference, 100.0 * c.standard_error);
+    let table = Table::of(&tables.comparisons)
+        .left("bound", |c| &c.bound)
+        .right("format", |c| &c.format)
+        .right("transform", |c| &c.transform)
+        .right("against", |c| &c.baseline)
+        .right("L1", |c| percent(c.l1_error))
+        .right("its L1", |c| percent(c.baseline_l1_error))
+        .right("difference", difference)
+        .right("alpha (b*)", |c| format!("{} ({})", alpha(c.alpha), c.target))
+        .right("its alpha (b*)", |c| format!("{} ({})", alpha(c.baseline_alpha), c.baseline_target))
+        .right("views in which it is better", |c| format!("{} of {}", c.better_views, c.views))
+        .right("L1 at 99.9 % valid", |c| valid(c, &c.transform))
+        .right("its L1 at 99.9 % valid", |c| valid(c, &c.baseline));
     let note = Text::from(
         "Errors in percent, difference in points with its standard error on the same fragments: negative means that the \
          transform is better. Each has its own best b* and alpha: those of least error, and in the last two columns the least \
@@ -132,30 +109,23 @@ fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
 
 fn circulation(tables: &QuantizationTables) -> Vec<Block> {
     let rows = tables.biases.iter().filter_map(|b| {
-        let best = tables.most_valid(b)?;
-        let valid = format!("{} ({})", alpha(best.alpha_999), best.target);
-        Some(row![
-            &b.bound,
-            &b.transform,
-            &b.format,
-            &b.range,
-            alpha(b.circulated_alpha?),
-            percent(b.circulated_failure_share?),
-            percent(b.circulated_l1_error?),
-            alpha(b.best_alpha),
-            percent(b.best_l1_error),
-            alpha(b.alpha_999),
-            percent(b.valid_l1_error),
-            valid,
-            &b.source,
-        ])
+        let circulated = (b.circulated_alpha?, b.circulated_failure_share?, b.circulated_l1_error?);
+        Some((b, circulated, tables.most_valid(b)?))
     });
-    let table = Table::default()
-        .left(["bound"])
-        .right(["transform", "format", "depths", "alpha", "invalid", "L1", "best alpha, same b*"])
-        .right(["its L1", "99.9 % valid, same b*", "its L1", "99.9 % valid (best b*)"])
-        .right(["source of alpha and b*"])
-        .rows(rows);
+    let table = Table::of(rows)
+        .left("bound", |(b, ..)| &b.bound)
+        .right("transform", |(b, ..)| &b.transform)
+        .right("format", |(b, ..)| &b.format)
+        .right("depths", |(b, ..)| &b.range)
+        .right("alpha", |(_, circulated, _)| alpha(circulated.0))
+        .right("invalid", |(_, circulated, _)| percent(circulated.1))
+        .right("L1", |(_, circulated, _)| percent(circulated.2))
+        .right("best alpha, same b*", |(b, ..)| alpha(b.best_alpha))
+        .right("its L1", |(b, ..)| percent(b.best_l1_error))
+        .right("99.9 % valid, same b*", |(b, ..)| alpha(b.alpha_999))
+        .right("its L1", |(b, ..)| percent(b.valid_l1_error))
+        .right("99.9 % valid (best b*)", |(.., best)| format!("{} ({})", alpha(best.alpha_999), best.target))
+        .right("source of alpha and b*", |(b, ..)| &b.source);
     let note = Text::from(
         "Invalid vectors and errors in percent. They were chosen for arithmetic in single precision as well.",
     );
@@ -163,20 +133,16 @@ fn circulation(tables: &QuantizationTables) -> Vec<Block> {
 }
 
 fn targets(tables: &QuantizationTables) -> Vec<Block> {
-    let rows = tables.biases.iter().filter(|b| b.target == "fastest").map(|b| {
-        let numbers = |text: &str| -> String {
-            let short = |word: &str| word.parse::<f64>().map_or(word.to_owned(), |v| format!("{v:.4}"));
-            text.split(' ')
-                .map(|word| word.split(':').map(short).collect::<Vec<_>>().join(":"))
-                .collect::<Vec<_>>()
-                .join(" ")
-        };
-        row![&b.bound, &b.transform, &b.format, &b.range, numbers(&b.moments), numbers(&b.distribution),]
-    });
-    let table = Table::default()
-        .left(["bound"])
-        .right(["transform", "format", "depths", "b*", "depth:weight"])
-        .rows(rows);
+    let short = |word: &str| word.parse::<f64>().map_or(word.to_owned(), |v| format!("{v:.4}"));
+    let pair = |word: &str| word.split(':').map(short).collect::<Vec<_>>().join(":");
+    let numbers = |text: &str| text.split(' ').map(pair).collect::<Vec<_>>().join(" ");
+    let table = Table::of(tables.biases.iter().filter(|b| b.target == "fastest"))
+        .left("bound", |b| &b.bound)
+        .right("transform", |b| &b.transform)
+        .right("format", |b| &b.format)
+        .right("depths", |b| &b.range)
+        .right("b*", |b| numbers(&b.moments))
+        .right("depth:weight", |b| numbers(&b.distribution));
     let note = Text::from(
         "At the alpha that 99 % of the stored vectors need, for a sample of kernels before storage.",
     );
@@ -184,12 +150,10 @@ fn targets(tables: &QuantizationTables) -> Vec<Block> {
 }
 
 fn views(tables: &QuantizationTables) -> Vec<Block> {
-    let cells = |v: &QuantizationViewRecord| {
-        row![format!("{} {}", v.scene, v.view), v.fragments, v.sampled, in_percent(v.mean_reference, 1)]
-    };
-    let table = Table::default()
-        .left(["view"])
-        .right(["fragments", "evaluated", "mean F, %"])
-        .rows(tables.views.iter().map(cells));
+    let table = Table::of(&tables.views)
+        .left("view", |v| format!("{} {}", v.scene, v.view))
+        .right("fragments", |v| v.fragments)
+        .right("evaluated", |v| v.sampled)
+        .right("mean F, %", |v| in_percent(v.mean_reference, 1));
     Block::section(2, "Views", table, None)
 }

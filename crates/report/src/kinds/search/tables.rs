@@ -1,9 +1,9 @@
 //! The tables of a candidate search, each with a note on how to read it.
 
-use super::summary::{SearchTables, Speed, error, within};
+use super::summary::{SearchTables, error, within};
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, code, percent, row};
-use evaluation::{MarkRecord, SearchRecord, StageRecord};
+use evaluation::{MarkRecord, SearchRecord};
 
 /// Rows of the table of the best.
 const BEST: usize = 50;
@@ -13,21 +13,14 @@ pub(crate) fn blocks(tables: &SearchTables<'_>) -> Vec<Block> {
 }
 
 fn candidates<'a>(records: impl IntoIterator<Item = &'a SearchRecord>) -> Table {
-    let cells = |r: &SearchRecord| {
-        row![
-            r.rank,
-            format!("{} to {}", r.rank_low, r.rank_high),
-            code(&r.basis),
-            &r.class,
-            error(r),
-            r.fragments
-        ]
-    };
-    Table::default()
-        .right(["rank"])
-        .left(["rank range", "basis", "class"])
-        .right(["mean error", "fragments"])
-        .rows(records.into_iter().map(cells))
+    Table::of(records)
+        .right("rank", |r| r.rank)
+        .left("rank range", |r| format!("{} to {}", r.rank_low, r.rank_high))
+        .left("basis", |r| code(&r.basis))
+        .left("class", |r| &r.class)
+        .right("mean error", error)
+        .right("fragments", |r| r.fragments)
+        .into()
 }
 
 fn best(tables: &SearchTables<'_>) -> Vec<Block> {
@@ -69,16 +62,13 @@ fn sizes(tables: &SearchTables<'_>) -> Vec<Block> {
 }
 
 fn marks(tables: &SearchTables<'_>) -> Vec<Block> {
-    let cells = |m: &MarkRecord| {
-        let exact = m.l1_error.zip(m.standard_error).map(|(value, deviation)| within(value, deviation));
-        let change = m.l1_error.zip(m.difference_standard_error);
-        let change = change.map(|(value, deviation)| within(m.moved_l1_error - value, deviation));
-        row![&m.technique, exact, within(m.moved_l1_error, m.moved_standard_error), change]
-    };
-    let table = Table::default()
-        .left(["technique"])
-        .right(["error", "moved to the support", "change"])
-        .rows(tables.marks.iter().map(cells));
+    let exact = |m: &MarkRecord| Some(within(m.l1_error?, m.standard_error?));
+    let change = |m: &MarkRecord| Some(within(m.moved_l1_error - m.l1_error?, m.difference_standard_error?));
+    let table = Table::of(&tables.marks)
+        .left("technique", |m| &m.technique)
+        .right("error", exact)
+        .right("moved to the support", |m| within(m.moved_l1_error, m.moved_standard_error))
+        .right("change", change);
     let note = format!(
         "Candidates are judged with every depth moved to the nearest end of {} equal cells, and their bounds are those \
          over these depths. ± is one standard error. The change shifts the level of all techniques alike and hardly their \
@@ -90,11 +80,14 @@ fn marks(tables: &SearchTables<'_>) -> Vec<Block> {
 }
 
 fn certainty(tables: &SearchTables<'_>) -> Vec<Block> {
-    let cells =
-        |s: &StageRecord| row![s.m, s.block, s.fragments, s.candidates, s.programs, s.exact, s.uncertified];
-    let table = Table::default()
-        .right(["m", "block", "fragments", "candidates", "programs", "in double-double", "uncertified"])
-        .rows(tables.stages.iter().map(cells));
+    let table = Table::of(&tables.stages)
+        .right("m", |s| s.m)
+        .right("block", |s| s.block)
+        .right("fragments", |s| s.fragments)
+        .right("candidates", |s| s.candidates)
+        .right("programs", |s| s.programs)
+        .right("in double-double", |s| s.exact)
+        .right("uncertified", |s| s.uncertified);
     let fragments: usize = tables.views.iter().map(|view| view.fragments).sum();
     let sampled: usize = tables.views.iter().map(|view| view.sampled).sum();
     let active: usize = tables.views.iter().map(|view| view.active).sum();
@@ -121,19 +114,13 @@ fn certainty(tables: &SearchTables<'_>) -> Vec<Block> {
 }
 
 fn speed(tables: &SearchTables<'_>) -> Vec<Block> {
-    let cells = |s: Speed| {
-        row![
-            code(s.basis),
-            format!("{:.2} million", s.fast / 1e6),
-            format!("{:.0}", s.microlp),
-            format!("{:.0}", s.fast / s.microlp),
-            format!("{} of {}", s.microlp_wrong, s.microlp_programs)
-        ]
-    };
-    let table = Table::default()
-        .left(["basis"])
-        .right(["FastSimplex, programs/s", "good_lp with microlp", "ratio", "microlp wrong or refused"])
-        .rows(tables.speeds().into_iter().map(cells));
+    let speeds = tables.speeds();
+    let table = Table::of(&speeds)
+        .left("basis", |s| code(&s.basis))
+        .right("FastSimplex, programs/s", |s| format!("{:.2} million", s.fast / 1e6))
+        .right("good_lp with microlp", |s| format!("{:.0}", s.microlp))
+        .right("ratio", |s| format!("{:.0}", s.fast / s.microlp))
+        .right("microlp wrong or refused", |s| format!("{} of {}", s.microlp_wrong, s.microlp_programs));
     let note = Text::from(
         "One thread, the fastest of all repetitions (samples.csv has each). FastSimplex includes preparing the columns and \
          a certificate for each bound, and solves every program of the last block to 1e-6; microlp is not checked while it \

@@ -2,7 +2,7 @@
 
 use super::summary::{SpeedTables, Time};
 use crate::kinds::rows::distinct;
-use crate::page::{Block, Columns, RecordedPicture, Table, Text, percent, row};
+use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, percent, row};
 use evaluation::{PictureSetting, SpeedAccuracyRecord};
 
 pub(crate) fn blocks(tables: &SpeedTables<'_>) -> Vec<Block> {
@@ -16,7 +16,7 @@ pub(crate) fn recorded_picture(picture: &PictureSetting) -> RecordedPicture {
     RecordedPicture {
         id: picture.id.clone(),
         title: format!("{}, {view}", picture.scene),
-        columns: Columns { size: picture.output, techniques: picture.techniques.clone() },
+        columns: PictureColumns { size: picture.output, techniques: picture.techniques.clone() },
     }
 }
 
@@ -63,28 +63,19 @@ fn alpha(record: &SpeedAccuracyRecord) -> Option<String> {
 }
 
 fn front(tables: &SpeedTables<'_>) -> Vec<Block> {
-    let cells = |r: &SpeedAccuracyRecord| {
-        let memory = f64::from(r.size).powi(2) * r.bits_per_texel as f64 / 8.0 / f64::from(1 << 20);
-        row![
-            &r.technique,
-            &r.format,
-            r.size,
-            alpha(r),
-            format!("{} texels + {} slopes", r.bias_texels, r.bias_slopes),
-            blend(r),
-            r.bits_per_texel,
-            format!("{memory:.2} MiB"),
-            format!("{:.0}", r.operations),
-            format!("{:.3}", r.cost),
-            error(r)
-        ]
-    };
-    let table = Table::default()
-        .left(["technique", "format"])
-        .right(["map", "alpha"])
-        .left(["depth bias", "blend"])
-        .right(["bits a texel", "map memory", "operations", "cost", "error"])
-        .rows(tables.front().into_iter().map(cells));
+    let bytes = |r: &SpeedAccuracyRecord| f64::from(r.size).powi(2) * r.bits_per_texel as f64 / 8.0;
+    let table = Table::of(tables.front())
+        .left("technique", |r| &r.technique)
+        .left("format", |r| &r.format)
+        .right("map", |r| r.size)
+        .right("alpha", alpha)
+        .left("depth bias", |r| format!("{} texels + {} slopes", r.bias_texels, r.bias_slopes))
+        .left("blend", blend)
+        .right("bits a texel", |r| r.bits_per_texel)
+        .right("map memory", |r| format!("{:.2} MiB", bytes(r) / f64::from(1 << 20)))
+        .right("operations", |r| format!("{:.0}", r.operations))
+        .right("cost", |r| format!("{:.3}", r.cost))
+        .right("error", error);
     let size = tables.full_size();
     let note = Text::from("Lower is better everywhere. ")
         .emphasis("Error")

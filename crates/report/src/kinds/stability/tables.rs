@@ -1,9 +1,9 @@
 //! The tables of a stability experiment, each with a note on how to read it.
 
-use super::summary::{Inputs, StabilityTables, Total};
+use super::summary::{Count, Inputs, StabilityTables};
 use crate::kinds::rows::distinct;
-use crate::page::{Block, Table, Text, code, percent, row};
-use evaluation::{PivotRecord, StabilityMethod, StabilityViewRecord};
+use crate::page::{Block, Table, Text, code, percent};
+use evaluation::{CheckRecord, StabilityMethod};
 
 pub(crate) fn blocks(tables: &StabilityTables<'_>) -> Vec<Block> {
     let files = code("worst.csv")
@@ -41,29 +41,24 @@ pub(crate) fn two_digits(value: f64) -> String {
 }
 
 fn failures(tables: &StabilityTables<'_>) -> Vec<Block> {
-    let cells = |method: &StabilityMethod| {
-        let hard = tables.recommended(&method.name, Inputs::Hard);
-        let scenes = tables.recommended(&method.name, Inputs::Scenes);
-        let Total { inputs, not_finite, outside, violated, visible, .. } = hard;
-        row![
-            &method.name,
-            format!("{:e}", method.alpha()),
-            tables.nanoseconds(&method.name).map(|ns| format!("{ns:.0} ns")),
-            share(not_finite, inputs),
-            share(outside, inputs),
-            share(violated, inputs),
-            share(visible, inputs),
-            share(scenes.violated, scenes.inputs),
-            two_digits(scenes.error_999),
-            two_digits(scenes.error_max),
-            two_digits(scenes.mean_loss),
-        ]
-    };
-    let table = Table::default()
-        .left(["method"])
-        .right(["alpha", "time", "hard inputs: no number", "outside [0, 1]", "bound broken", "visibly"])
-        .right(["scenes: bound broken", "error, 99.9 %", "largest", "mean loss"])
-        .rows(tables.experiment.technique.iter().map(cells));
+    let rows: Vec<_> = tables
+        .experiment
+        .technique
+        .iter()
+        .map(|m| (m, tables.recommended(&m.name, Inputs::Hard), tables.recommended(&m.name, Inputs::Scenes)))
+        .collect();
+    let table = Table::of(&rows)
+        .left("method", |(m, ..)| &m.name)
+        .right("alpha", |(m, ..)| format!("{:e}", m.alpha()))
+        .right("time", |(m, ..)| tables.nanoseconds(&m.name).map(|ns| format!("{ns:.0} ns")))
+        .right("hard inputs: no number", |(_, hard, _)| share(hard.not_finite, hard.inputs))
+        .right("outside [0, 1]", |(_, hard, _)| share(hard.outside, hard.inputs))
+        .right("bound broken", |(_, hard, _)| share(hard.violated, hard.inputs))
+        .right("visibly", |(_, hard, _)| share(hard.visible, hard.inputs))
+        .right("scenes: bound broken", |(.., scenes)| share(scenes.violated, scenes.inputs))
+        .right("error, 99.9 %", |(.., scenes)| two_digits(scenes.error_999))
+        .right("largest", |(.., scenes)| two_digits(scenes.error_max))
+        .right("mean loss", |(.., scenes)| two_digits(scenes.mean_loss));
     let note = Text::from("Shares of inputs. ")
         .emphasis("No number")
         .and(": the formulas end in NaN or infinity. ")
@@ -89,46 +84,33 @@ fn alphas(tables: &StabilityTables<'_>) -> Vec<Block> {
         Some(0.0) => "0".to_owned(),
         Some(alpha) => format!("{alpha:.1e}").replace(".0e", "e"),
     };
-    let cells = |method: &StabilityMethod| {
-        let hard = |count| shown(tables.smallest_alpha(&method.name, Inputs::Hard, count));
-        let scenes = |count| shown(tables.smallest_alpha(&method.name, Inputs::Scenes, count));
-        row![
-            &method.name,
-            format!("{:e}", method.alpha()),
-            hard(|r| r.not_finite),
-            hard(|r| r.outside),
-            hard(|r| r.violated),
-            hard(|r| r.visible),
-            scenes(|r| r.violated),
-            scenes(|r| r.visible),
-        ]
+    let least = |inputs, count: Count| {
+        move |m: &StabilityMethod| shown(tables.smallest_alpha(&m.name, inputs, count))
     };
-    let table = Table::default()
-        .left(["method"])
-        .right(["recommended", "hard: a number everywhere", "inside [0, 1]", "bound never broken"])
-        .right(["never visibly", "scenes: bound never broken", "never visibly"])
-        .rows(tables.experiment.technique.iter().map(cells));
+    let table = Table::of(&tables.experiment.technique)
+        .left("method", |m| &m.name)
+        .right("recommended", |m| format!("{:e}", m.alpha()))
+        .right("hard: a number everywhere", least(Inputs::Hard, |r| r.not_finite))
+        .right("inside [0, 1]", least(Inputs::Hard, |r| r.outside))
+        .right("bound never broken", least(Inputs::Hard, |r| r.violated))
+        .right("never visibly", least(Inputs::Hard, |r| r.visible))
+        .right("scenes: bound never broken", least(Inputs::Scenes, |r| r.violated))
+        .right("never visibly", least(Inputs::Scenes, |r| r.visible));
     let note = Text::from("Among the biases that were tried; none: not even the largest helps.");
     Block::section(3, "Smallest moment bias from which on a failure is gone", table, Some(note))
 }
 
 fn checks(tables: &StabilityTables<'_>) -> Vec<Block> {
-    let methods = distinct(tables.checks.iter().map(|check| check.method.as_str()));
-    let cells = |name| {
-        let of = || tables.checks.iter().filter(move |c| c.method == name);
-        row![
-            name,
-            of().map(|c| c.inputs).sum::<u64>(),
-            of().map(|c| c.not_finite).sum::<u64>(),
-            of().map(|c| c.outside).sum::<u64>(),
-            of().map(|c| c.violated).sum::<u64>(),
-            two_digits(of().map(|c| c.largest_excess).fold(0.0, f64::max)),
-        ]
-    };
-    let table = Table::default()
-        .left(["method"])
-        .right(["inputs", "no number", "outside [0, 1]", "bound broken", "largest G - F - alpha"])
-        .rows(methods.into_iter().map(cells));
+    let of = |method| tables.checks.iter().filter(move |c| c.method == method);
+    let sum = |count: fn(&CheckRecord) -> u64| move |method| of(method).map(count).sum::<u64>();
+    let largest = |method| two_digits(of(method).map(|c| c.largest_excess).fold(0.0, f64::max));
+    let table = Table::of(distinct(tables.checks.iter().map(|check| check.method.as_str())))
+        .left("method", |method| method)
+        .right("inputs", sum(|c| c.inputs))
+        .right("no number", sum(|c| c.not_finite))
+        .right("outside [0, 1]", sum(|c| c.outside))
+        .right("bound broken", sum(|c| c.violated))
+        .right("largest G - F - alpha", largest);
     let note = Text::from(
         "Our forms without storage at the recommended bias; F is the only thing that they are compared with.",
     );
@@ -136,23 +118,21 @@ fn checks(tables: &StabilityTables<'_>) -> Vec<Block> {
 }
 
 fn pivots(tables: &StabilityTables<'_>) -> Vec<Block> {
-    let cells = |p: &PivotRecord| {
-        let below = [p.below_1e3, p.below_1e6, p.below_1e9].map(|share| percent(share, 1).into());
-        [row![&p.family, p.order], below.to_vec(), row![two_digits(p.median)]].concat()
-    };
-    let table = Table::default()
-        .left(["inputs"])
-        .right(["moments", "smallest pivot below 1e-3", "below 1e-6", "below 1e-9", "median"])
-        .rows(tables.pivots.iter().map(cells));
+    let table = Table::of(&tables.pivots)
+        .left("inputs", |p| &p.family)
+        .right("moments", |p| p.order)
+        .right("smallest pivot below 1e-3", |p| percent(p.below_1e3, 1))
+        .right("below 1e-6", |p| percent(p.below_1e6, 1))
+        .right("below 1e-9", |p| percent(p.below_1e9, 1))
+        .right("median", |p| two_digits(p.median));
     let note = Text::from("B = L D L^T for moments of 2 z - 1, without a bias.");
     Block::section(3, "How nearly singular B is", table, Some(note))
 }
 
 fn views(tables: &StabilityTables<'_>) -> Vec<Block> {
-    let cells = |v: &StabilityViewRecord| row![format!("{} {}", v.scene, v.view), v.fragments, v.sampled];
-    let table = Table::default()
-        .left(["view"])
-        .right(["fragments", "evaluated"])
-        .rows(tables.views.iter().map(cells));
+    let table = Table::of(&tables.views)
+        .left("view", |v| format!("{} {}", v.scene, v.view))
+        .right("fragments", |v| v.fragments)
+        .right("evaluated", |v| v.sampled);
     Block::section(3, "Views", table, None)
 }
