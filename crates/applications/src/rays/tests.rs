@@ -67,11 +67,14 @@ fn no_ray_slips_through_vertices_and_edges() {
     let mut random = Random::stream(5, 0);
     let rays: Vec<Segment> = (0..60_000).map(|_| aimed(n, &positions, &mut random)).collect();
     let scene = Triangles::new(&positions, &triangles).unwrap();
-    assert_eq!(misses(&scene, &rays, Sheared::meets), 0);
+    // A ray that grazes a summit may leave the hills; brute force tells.
+    let leaving = misses(&scene, &rays, Sheared::meets);
+    let slipped = rays.iter().filter(|ray| !scene.occludes(ray) && scene.occludes_brute_force(ray)).count();
+    assert!(slipped == 0 && leaving < 100, "{slipped} {leaving}");
     // Both faults let rays through.
     let unpadded = misses(&Triangles::padded(&positions, &triangles, 0.0), &rays, Sheared::meets);
     let strict = misses(&scene, &rays, strictly_inside);
-    assert!(unpadded > 0 && strict > 1000, "{unpadded} {strict}");
+    assert!(unpadded > leaving && strict > 1000, "{unpadded} {strict}");
 }
 
 /// Segments of all kinds, along axes, ending on vertices, from far outside, from surfaces.

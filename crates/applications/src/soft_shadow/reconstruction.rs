@@ -216,7 +216,10 @@ mod tests {
                     prop_assert!((found.mass - share).abs() < 1e-5, "{technique:?} {found:?}");
                     prop_assert!((found.average(receiver, 0.0) - blocker).abs() < 1e-5, "{technique:?} {found:?}");
                     prop_assert!((technique.intensity(&b, receiver) - found.mass).abs() < 1e-9);
-                    prop_assert_eq!(technique.blockers(&b, 0.5 * blocker).average(0.3, 0.0), 0.3);
+                    // A node of no weight may lie anywhere, which epsilon forgives.
+                    let nothing = technique.blockers(&b, 0.5 * blocker);
+                    prop_assert!(nothing.mass < 1e-9, "{technique:?} {nothing:?}");
+                    prop_assert!((nothing.average(0.3, 0.01) - 0.3).abs() < 1e-6, "{technique:?} {nothing:?}");
                 }
             }
         }

@@ -168,7 +168,7 @@ pub(crate) struct Canonical<R> {
     /// Moments about z_f of orders 0 to `count`.
     shifted: [R; MAX_POINTS],
     /// Taylor coefficients at z_f of P_0 to P_count.
-    taylor: [[R; MAX_POINTS]; MAX_POINTS],
+    pub taylor: [[R; MAX_POINTS]; MAX_POINTS],
     /// d_0 to d_count.
     pivots: [R; MAX_POINTS],
     /// First pivot that was not positive beyond rounding, with its (1-based) index.

@@ -6,6 +6,7 @@
 
 use super::hamburger::{Solution4, ThreePoints, canonical, front_weight, solve4};
 use super::hausdorff::{four_points, is_inside};
+use super::roots;
 use crate::arithmetic::Real;
 
 /// Most points in front: m = 8 moments have five, z_f among them.
@@ -69,18 +70,46 @@ pub(super) fn hamburger<R: Real, const M: usize>(moments: &[R; M], z_f: R) -> In
             let solution = canonical(moments, z_f);
             let lower = solution.bounds().lower;
             let mut found = InFront::nothing();
-            for &w in &solution.inverse_offsets[..solution.count] {
+            let has_mass = lower > R::from_f64(R::TINY);
+            if !has_mass {
+                return found;
+            }
+            let mut push = |w: R| {
                 if w < R::zero() {
                     found.push(z_f + R::one() / w, solution.christoffel(w));
                 }
+            };
+            if solution.singular.is_some() {
+                // Few surfaces, which the moments determine: the roots of their polynomial. One that is z_f up to the
+                // root of a rounding is no blocker.
+                let least = R::from_f64(64.0 * R::EPSILON.sqrt());
+                let [c0, c1, c2, c3, _] = solution.taylor[solution.count];
+                let offsets = match solution.count {
+                    1 => [-c0, R::zero(), R::zero(), R::zero()],
+                    2 => pad(roots::quadratic(c1, c0)),
+                    3 => pad(roots::cubic(c2, c1, c0)),
+                    _ => roots::quartic(c3, c2, c1, c0),
+                };
+                offsets
+                    .into_iter()
+                    .filter(|&offset| offset < -least)
+                    .for_each(|offset| push(R::one() / offset));
+            } else {
+                solution.inverse_offsets[..solution.count].iter().for_each(|&w| push(w));
             }
-            let mass = found.mass();
-            for (_, weight) in &mut found.points[..found.count] {
-                *weight = *weight * (lower / mass);
+            let mass = found.points().iter().fold(R::zero(), |sum, &(_, weight)| sum + weight);
+            if mass > R::zero() {
+                found.points[..found.count].iter_mut().for_each(|(_, w)| *w = *w * (lower / mass));
+            } else {
+                found.push(z_f, lower);
             }
             found
         }
     }
+}
+
+fn pad<R: Real, const N: usize>(roots: [R; N]) -> [R; MOST] {
+    std::array::from_fn(|i| if i < N { roots[i] } else { R::zero() })
 }
 
 /// From four power moments on \[0, 1\].
