@@ -116,10 +116,13 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
     refused(&folder, &text, &cases);
 }
 
-/// An unknown key, a value that makes no sense and one of another type, for every kind: (old line, its new text, needle).
+/// Old text, new text, word of the message.
+type Mistake = (&'static str, &'static str, &'static str);
+
+/// An unknown key, a value that makes no sense and one of another type, for every kind.
 #[test]
 fn mistakes_in_every_kind_name_line_key_and_value() {
-    let cases: [(&str, [(&str, &str, &str); 5]); 6] = [
+    let cases: [(&str, [Mistake; 5]); 6] = [
         (
             "bounds",
             [
