@@ -1,6 +1,6 @@
 //! Closed forms against the certified linear program, on the very moments of real fragments.
 
-use super::evaluate::FilterablePlan;
+use super::plan::FilterablePlan;
 use super::records::AgreementRecord;
 use super::view::View;
 use crate::error::EvaluationError;

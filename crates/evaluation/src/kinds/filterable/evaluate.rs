@@ -3,9 +3,10 @@
 use super::agreement;
 use super::maps;
 use super::picture;
-use super::settings::{FilterableExperiment, FilterableTechnique};
+use super::plan::FilterablePlan;
+use super::settings::FilterableExperiment;
 use super::statistics::{Outcome, TOLERANCE};
-use super::tables::{Finding, Tables};
+use super::tables::{Evaluated, Finding, Tables};
 use super::timing;
 use super::view::{Sample, View};
 use crate::error::EvaluationError;
@@ -14,41 +15,15 @@ use crate::fragments::{LoadedScene, spread};
 use crate::provenance::sha256;
 use crate::run::Recorded;
 use crate::shards::{self, Shard};
-use applications::{Estimate, HardShadow, ShadowMethod, truths};
+use applications::{Estimate, truths};
 use rayon::prelude::*;
 use scenes::LightView;
-use serde::{Deserialize, Serialize};
-use shadow_filtering::{FilteringError, Kernel, Receiver};
+use shadow_filtering::{FilteringError, Receiver};
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The experiment with everything that does not depend on a view.
-pub(crate) struct FilterablePlan<'a> {
-    pub(crate) experiment: &'a FilterableExperiment,
-    pub(crate) kernel: Kernel,
-    pub(crate) methods: Vec<ShadowMethod>,
-}
-
-/// Outcomes of one technique on one view, by bias.
-#[derive(Clone, Deserialize, Serialize)]
-pub(super) struct Evaluated {
-    pub(super) by_bias: Vec<Vec<Outcome>>,
-    pub(super) error: String,
-}
-
 impl FilterablePlan<'_> {
-    /// The application on a view under a bias.
-    pub(crate) fn hard_shadow<'a>(&'a self, view: &'a View, bias: usize) -> HardShadow<'a> {
-        HardShadow {
-            map: &view.map,
-            kernel: &self.kernel,
-            texel_depth: view.texel_depth,
-            bias: self.experiment.bias[bias],
-            plane_limit: self.experiment.scenery.plane_limit,
-        }
-    }
-
     fn evaluate(&self, technique: usize, view: &View, truth: &Truth) -> Result<Evaluated, EvaluationError> {
         let settings = &self.experiment.technique[technique];
         let method = &self.methods[technique];
@@ -144,12 +119,6 @@ impl FilterablePlan<'_> {
 }
 
 impl FilterableExperiment {
-    fn plan(&self) -> Result<FilterablePlan<'_>, EvaluationError> {
-        let kernel = self.scenery.filter()?;
-        let methods = self.technique.iter().map(FilterableTechnique::prepared).collect::<Result<_, _>>()?;
-        Ok(FilterablePlan { experiment: self, kernel, methods })
-    }
-
     /// Evaluates view by view; the first one is timed as well.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;

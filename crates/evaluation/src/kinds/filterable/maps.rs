@@ -1,7 +1,7 @@
 //! Signed error maps in light space: one grey PNG per technique and view, 128 where G = F, one step 1/127 of intensity,
 //! darker where light leaks, brighter where the shadow is too dark. A texel shows its fragment of largest error.
 
-use super::evaluate::FilterablePlan;
+use super::plan::FilterablePlan;
 use super::view::View;
 use crate::error::EvaluationError;
 use crate::experiment::keys::words;

@@ -1,6 +1,6 @@
 //! The picture of a single kernel: F and the techniques over all fragment depths (MSM15 Figure 2).
 
-use super::evaluate::FilterablePlan;
+use super::plan::FilterablePlan;
 use super::records::{CurveRecord, PictureRecord};
 use super::settings::Picture;
 use super::view::View;

@@ -1,6 +1,6 @@
 //! Timings on one thread, after all errors of the first view are known.
 
-use super::evaluate::FilterablePlan;
+use super::plan::FilterablePlan;
 use super::records::FilterableSample;
 use super::view::View;
 use crate::error::EvaluationError;
