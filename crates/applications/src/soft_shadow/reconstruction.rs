@@ -213,8 +213,10 @@ mod tests {
                     let technique = plain(bound, warp);
                     let b = means(&technique, &atoms);
                     let found = technique.blockers(&b, receiver);
-                    prop_assert!((found.mass - share).abs() < 1e-5, "{technique:?} {found:?}");
-                    prop_assert!((found.average(receiver, 0.0) - blocker).abs() < 1e-5, "{technique:?} {found:?}");
+                    // Six unbiased moments of two surfaces have a singular matrix: their rounding enters under a root.
+                    let close = if bound == MomentBound::Hamburger6 { 2e-3 } else { 1e-5 };
+                    prop_assert!((found.mass - share).abs() < close, "{technique:?} {found:?}");
+                    prop_assert!((found.average(receiver, 0.0) - blocker).abs() < close, "{technique:?} {found:?}");
                     prop_assert!((technique.intensity(&b, receiver) - found.mass).abs() < 1e-9);
                     // A node of no weight may lie anywhere, which epsilon forgives.
                     let nothing = technique.blockers(&b, 0.5 * blocker);
