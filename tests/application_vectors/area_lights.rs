@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-13;
 
 /// The fraction of the light that triangles cover.
 pub fn occluded_fractions(table: &Table) -> Result<(), Failed> {
-    let settings = TruthSettings { standard_error: STANDARD_ERROR, most_rays: 1 << 18, seed: 1 };
+    let settings = TruthSettings { standard_error: STANDARD_ERROR, most_rays: 1 << 20, seed: 1 };
     let truth = AreaTruth::new(settings)?;
     let results: Vec<Result<(), String>> = table
         .rows()
