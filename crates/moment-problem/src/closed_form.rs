@@ -8,6 +8,7 @@ use crate::bounds::{
 };
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
+use crate::exact_line::{ExactLine, MIXTURES};
 use crate::hamburger::canonical;
 use crate::hermite;
 use crate::semi_infinite::{CERTIFIED_GAP, PreparedBasis, solve_prepared};
@@ -16,6 +17,16 @@ use crate::{hausdorff, trigonometric};
 /// Moments rounded to double precision may make a pivot of the moment matrix negative by this many units of the
 /// moment it is computed from; more means that no distribution has them.
 const PIVOT_NOISE: f64 = 1e-14;
+
+/// Roundings of double-double that the weight at z_f goes through, relative to its sensitivity: factorisation,
+/// polynomials and their sum, with room.
+const DOUBLE_DOUBLE_ROUNDINGS: f64 = 64.0;
+
+/// Relative error of the weight at z_f up to which its sensitivity, which is computed with it, means anything.
+const LARGEST_RELATIVE_ERROR: f64 = 1e-2;
+
+/// Answers of double-double are taken up to a tenth of the gap that is accepted.
+const QUICK_GAP: f64 = 0.1 * CERTIFIED_GAP;
 
 /// Support points with less weight than this are left out of dual polynomials: they run to infinity.
 const NODE_WEIGHT: f64 = 1e-26;
@@ -40,6 +51,54 @@ impl<const M: usize> Default for Hamburger<M> {
 }
 
 impl<const M: usize> Hamburger<M> {
+    /// The bounds if double-double resolves and proves them.
+    fn in_double_double(moments: &[DoubleDouble], z_f: f64) -> Option<Bounds> {
+        let array: [DoubleDouble; M] = std::array::from_fn(|i| moments[i]);
+        let solution = canonical(&array, DoubleDouble::from(z_f));
+        if solution.singular.is_some() {
+            return None;
+        }
+        let at_z_f = solution.at_z_f.to_f64();
+        let sensitivity = at_z_f * solution.sensitivity(&array, z_f);
+        let relative = DOUBLE_DOUBLE_ROUNDINGS * DoubleDouble::EPSILON * sensitivity;
+        if relative.is_nan() || relative > LARGEST_RELATIVE_ERROR || relative * at_z_f > QUICK_GAP {
+            return None;
+        }
+        let points = solution.points(DoubleDouble::from(z_f));
+        let others: Vec<(DoubleDouble, f64)> = points[1..].iter().map(|&(z, w)| (z, w.to_f64())).collect();
+        let bounds = Self::assemble(z_f, at_z_f, &others, moments);
+        // Front, z_f and behind share the mass 1: what the proofs of the outer two and the weight at z_f leave of it is all
+        // that either bound can be wrong by.
+        let certificate = &bounds.certificate;
+        let missing = certificate.upper_proved - certificate.lower_proved - at_z_f;
+        let is_proved = missing.abs() <= QUICK_GAP && bounds.gap() <= QUICK_GAP;
+        let is_consistent = (bounds.upper - bounds.lower - at_z_f).abs() <= QUICK_GAP;
+        (is_proved && is_consistent).then_some(bounds)
+    }
+
+    /// Bounds for moments that rounding has put just outside the set of moments: those of the nearest that exist, if it makes
+    /// no difference how they are brought inside.
+    fn from_outside(moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
+        let mut answers = Vec::new();
+        let mut failure = MomentError::Uncertified { gap: f64::INFINITY };
+        for exponent in MIXTURES {
+            match ExactLine::of_mixture(moments, z_f, exponent).bounds() {
+                Ok(bounds) => answers.push(bounds),
+                Err(error) => failure = error,
+            }
+            if let [first, second] = &answers[..] {
+                let difference = (first.lower - second.lower).abs().max((first.upper - second.upper).abs());
+                let mut bounds = first.clone();
+                let (proved, other) = (&mut bounds.certificate, &second.certificate);
+                proved.lower_proved = proved.lower_proved.min(other.lower_proved).min(bounds.lower);
+                proved.upper_proved = proved.upper_proved.max(other.upper_proved).max(bounds.upper);
+                let gap = difference.max(bounds.gap());
+                return if gap <= CERTIFIED_GAP { Ok(bounds) } else { Err(MomentError::Uncertified { gap }) };
+            }
+        }
+        Err(failure)
+    }
+
     /// Bounds from a support whose points besides z_f are `others`, as (depth, weight).
     fn assemble(z_f: f64, at_z_f: f64, others: &[(DoubleDouble, f64)], moments: &[DoubleDouble]) -> Bounds {
         let fragment = DoubleDouble::from(z_f);
@@ -92,40 +151,38 @@ impl<const M: usize> LowerBound for Hamburger<M> {
 
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
         check_input(&self.basis, Interval::Real, moments, z_f)?;
-        let array: [DoubleDouble; M] = std::array::from_fn(|i| moments[i]);
-        let solution = canonical(&array, DoubleDouble::from(z_f));
-        if let Some((index, pivot)) = solution.singular {
-            let scale = moments[2 * (index - 1) - 1].to_f64().abs();
-            if pivot.to_f64() < -PIVOT_NOISE * scale {
-                return Err(MomentError::NotPositiveDefinite { index, pivot: pivot.to_f64() });
+        if let Some(bounds) = Self::in_double_double(moments, z_f) {
+            return Ok(bounds);
+        }
+        match ExactLine::of_moments(moments, z_f).bounds() {
+            Err(MomentError::NotPositiveDefinite { index, pivot }) => {
+                let scale = moments[2 * index.max(2) - 3].to_f64().abs();
+                if pivot < -PIVOT_NOISE * scale {
+                    return Err(MomentError::NotPositiveDefinite { index, pivot });
+                }
+                Self::from_outside(moments, z_f)
             }
+            result => result,
         }
-        let points = solution.points(DoubleDouble::from(z_f));
-        let others: Vec<(DoubleDouble, f64)> = points[1..].iter().map(|&(z, w)| (z, w.to_f64())).collect();
-        let mut bounds = Self::assemble(z_f, points[0].1.to_f64(), &others, moments);
-        if solution.singular.is_some() {
-            // Rounding has put the moments on or just outside the boundary of the set of moments. The dual polynomial
-            // would prove a little too much; the distribution returned has the nearest moments that exist.
-            let certificate = &mut bounds.certificate;
-            certificate.lower_proved = certificate.lower_proved.min(bounds.lower);
-            certificate.upper_proved = certificate.upper_proved.max(bounds.upper);
-        }
-        Ok(bounds)
     }
 
-    /// At most M / 2 depths are determined by their moments (MSM15 Proposition 4), so they are their own support; the
-    /// certificate still sees the moments only.
+    /// The answer depends on the moments alone, but those are taken from the depths without rounding where double-double
+    /// does not resolve them, and no bound passes F, which it can by rounding only.
     fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
         check_depths(z.depths(), Interval::Real)?;
         let moments: Vec<DoubleDouble> = z.moments(&self.basis);
-        if z.depths().len() > M / 2 {
-            return self.bounds_precise(&moments, z_f);
-        }
         check_input(&self.basis, Interval::Real, &moments, z_f)?;
-        let atoms = z.depths().iter().zip(z.weights());
-        let others: Vec<(DoubleDouble, f64)> =
-            atoms.map(|(&z, w)| (DoubleDouble::from(z), w.to_f64())).collect();
-        Ok(Self::assemble(z_f, 0.0, &others, &moments))
+        // At most M / 2 depths are determined by their moments (MSM15 Proposition 4), so they are their own support.
+        let quick = if z.depths().len() > M / 2 { Self::in_double_double(&moments, z_f) } else { None };
+        let mut bounds = match quick {
+            Some(bounds) => bounds,
+            None => ExactLine::of_atoms(z.depths(), z.weights(), M, z_f).bounds()?,
+        };
+        bounds.lower = bounds.lower.min(z.cdf(z_f));
+        bounds.upper = bounds.upper.max(z.cdf_inclusive(z_f));
+        bounds.certificate.lower_proved = bounds.certificate.lower_proved.min(bounds.lower);
+        bounds.certificate.upper_proved = bounds.certificate.upper_proved.max(bounds.upper);
+        Ok(bounds)
     }
 }
 

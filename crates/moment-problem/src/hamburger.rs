@@ -292,6 +292,25 @@ impl<R: Real> Canonical<R> {
         terms.fold(zero, |sum, term| sum + term)
     }
 
+    /// What a relative change of all moments does to 1 / [`Canonical::at_z_f`] at most, per unit: (sum |x_i| sqrt b_2i)^2 for
+    /// the coefficients x of K(z_f, z), as |b_(i+j)| <= sqrt(b_2i b_2j).
+    pub(crate) fn sensitivity<const M: usize>(&self, moments: &[R; M], z_f: f64) -> f64 {
+        let mut q = [0.0; MAX_POINTS];
+        for (row, pivot) in self.taylor.iter().zip(&self.pivots).take(self.count + 1) {
+            let factor = (row[0] / *pivot).to_f64();
+            q.iter_mut().zip(row).for_each(|(q, c)| *q += factor * c.to_f64());
+        }
+        // From powers of z - z_f to powers of z, in absolute values.
+        let mut x = q.map(f64::abs);
+        for start in 0..self.count {
+            for i in (start..self.count).rev() {
+                x[i] += z_f.abs() * x[i + 1];
+            }
+        }
+        let size = |i: usize| if i == 0 { 1.0 } else { moments[2 * i - 1].to_f64().abs().sqrt() };
+        (0..=self.count).map(|i| x[i] * size(i)).sum::<f64>().powi(2)
+    }
+
     /// Support points with weights, z_f first; a point at infinity (w = 0, weight 0) is left out.
     pub(crate) fn points(&self, z_f: R) -> Vec<(R, R)> {
         let mut points = vec![(z_f, self.at_z_f)];

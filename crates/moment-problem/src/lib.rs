@@ -45,6 +45,7 @@ mod closed_form;
 pub mod dense;
 mod distribution;
 mod error;
+mod exact_line;
 mod expression;
 pub mod fast_simplex;
 pub mod hamburger;

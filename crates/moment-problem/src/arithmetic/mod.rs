@@ -6,11 +6,13 @@
 
 mod ball;
 mod double_double;
+mod dyadic;
 mod float_float;
 mod jet;
 
 pub use ball::Ball;
 pub use double_double::DoubleDouble;
+pub(crate) use dyadic::{Dyadic, minors};
 pub use float_float::FloatFloat;
 pub use jet::Jet;
 
