@@ -2,8 +2,9 @@
 // Clippy's exemption for tests does not reach the functions that they share.
 #![allow(clippy::unwrap_used)]
 
+use scenes::load_scene;
 use serde_json::Value;
-use shadow_renderer::{Backend, ShadowMapStack, load_scene, render_stack};
+use shadow_renderer::{Backend, ShadowMapStack, render_stack};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 

@@ -5,10 +5,11 @@ use crate::progress::Spinner;
 use crate::staging::Staging;
 use anyhow::{Context, anyhow};
 use clap::ValueEnum;
+use graphics_device::AdapterName;
+use scenes::{LightView, Scene, SceneError, load_scene, procedural, read_views};
 use serde::Serialize;
 use shadow_renderer::{
-    AdapterName, Backend, Frame, LightView, MAX_MAP_SIZE, RenderError, RenderReport, Scene, SceneError,
-    ShadowMapStack, load_scene, pictures, procedural, read_views, render_stack,
+    Backend, Frame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_stack,
 };
 use std::io::{self, Write};
 use std::path::PathBuf;

@@ -5,7 +5,7 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    if let Ok(scene) = shadow_renderer::load_gltf_bytes("fuzz.glb", bytes) {
+    if let Ok(scene) = scenes::load_gltf_bytes("fuzz.glb", bytes) {
         assert!(scene.triangles.iter().flatten().all(|&i| (i as usize) < scene.vertices.len()));
         assert!(scene.vertices.iter().all(|v| v.position.iter().chain(&v.normal).all(|c| c.is_finite())));
     }

@@ -1,11 +1,11 @@
 //! Tests that need a graphics adapter: without one they are reported as ignored, or fail if `MSM_REQUIRE_GPU` is 1.
 
+use graphics_device::GraphicsDevice;
 use libtest_mimic::{Failed, Trial};
-use shadow_renderer::gpu_adapter;
 
 /// A test that no missing adapter can turn into a pass.
 pub fn gpu_trial(name: String, test: impl FnOnce() -> Result<(), Failed> + Send + 'static) -> Trial {
-    match gpu_adapter() {
+    match GraphicsDevice::shared() {
         Ok(_) => Trial::test(name, test),
         Err(error) if std::env::var("MSM_REQUIRE_GPU").is_ok_and(|v| v == "1") => {
             let message = format!("MSM_REQUIRE_GPU is 1 but there is no adapter: {error}");

@@ -2,8 +2,9 @@
 
 use std::sync::OnceLock;
 
+use scenes::load_scene;
 use shadow_filtering::{ChannelMap, DepthMap, Kernel, Receiver, Technique, filter};
-use shadow_renderer::{Backend, ShadowMapStack, load_scene, render_stack};
+use shadow_renderer::{Backend, ShadowMapStack, render_stack};
 
 /// Fragments that every technique is compared on, at least.
 pub const FRAGMENTS: usize = 100_000;

@@ -1,6 +1,7 @@
 //! What users get wrong: a typed error with one clear line, never a panic.
 
 use libtest_mimic::{Failed, Trial};
+use scenes::*;
 use shadow_renderer::*;
 
 use crate::scenes::{SLANTED, ground, scene_of};
@@ -36,7 +37,7 @@ fn errors() -> Result<(), Failed> {
         s.triangles.clear();
         s.triangle_material.clear();
     });
-    assert!(matches!(error(&empty, SLANTED, 64, 64), RenderError::EmptyScene(_)));
+    assert!(matches!(error(&empty, SLANTED, 64, 64), RenderError::Scene(InvalidScene::Empty(_))));
     let leaf = |width, height, texels| {
         let mask = AlphaMask { width, height, alpha: vec![255; texels], cutoff: 1 };
         move |s: &mut Scene| s.materials[0].mask = Some(mask.clone().into())
@@ -58,7 +59,7 @@ fn errors() -> Result<(), Failed> {
     ];
     for (name, edit) in inconsistent {
         let found = error(&edited(edit), SLANTED, 64, 64);
-        assert!(matches!(found, RenderError::Scene { .. }), "{name}: {found}");
+        assert!(matches!(found, RenderError::Scene(InvalidScene::Inconsistent { .. })), "{name}: {found}");
     }
     let mut frame = LightFrame::fit(&good, SLANTED, 64, 64)?;
     frame.texels_per_unit[1] *= 1e6;

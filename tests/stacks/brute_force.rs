@@ -1,6 +1,7 @@
 //! Every triangle against every texel centre, in wide integers and f64, sharing nothing with the renderer but the
 //! light frame.
 
+use scenes::*;
 use shadow_renderer::*;
 
 use crate::scenes::Case;

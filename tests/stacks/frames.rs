@@ -1,6 +1,7 @@
 //! The camera's view of known shapes.
 
 use libtest_mimic::{Failed, Trial};
+use scenes::*;
 use shadow_renderer::*;
 
 use crate::scenes::{Random, ground, masked, quad, scene_of, soup};

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use scenes::*;
 use shadow_renderer::*;
 
 pub const SLANTED: [f32; 3] = [0.35, -0.8, 0.45];

@@ -3,6 +3,7 @@
 //! so this shares nothing with the renderer's shaders.
 
 use libtest_mimic::Failed;
+use scenes::*;
 use shadow_renderer::*;
 use wgpu::util::DeviceExt;
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use libtest_mimic::{Failed, Trial};
+use scenes::*;
 use shadow_renderer::*;
 
 use crate::compare::compare;

@@ -1,13 +1,13 @@
 //! Reading `experiments/*.toml`: a question, an expectation, the trials as data, and overrides per scale.
 
-use crate::bounds::BoundsExperiment;
 use crate::error::EvaluationError;
-use crate::filterable::FilterableExperiment;
+use crate::kinds::bounds::BoundsExperiment;
+use crate::kinds::filterable::FilterableExperiment;
+use crate::kinds::quantization::QuantizationExperiment;
+use crate::kinds::search::SearchExperiment;
+use crate::kinds::speed_accuracy::SpeedAccuracyExperiment;
+use crate::kinds::stability::StabilityExperiment;
 use crate::lines;
-use crate::quantization::QuantizationExperiment;
-use crate::search::SearchExperiment;
-use crate::speed_accuracy::SpeedAccuracyExperiment;
-use crate::stability::StabilityExperiment;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::Path;

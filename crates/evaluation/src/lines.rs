@@ -4,10 +4,10 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Scale};
-use crate::filterable::FilterableExperiment;
-use crate::quantization::QuantizationExperiment;
-use crate::speed_accuracy::SpeedAccuracyExperiment;
-use crate::stability::StabilityExperiment;
+use crate::kinds::filterable::FilterableExperiment;
+use crate::kinds::quantization::QuantizationExperiment;
+use crate::kinds::speed_accuracy::SpeedAccuracyExperiment;
+use crate::kinds::stability::StabilityExperiment;
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use std::ops::Range;

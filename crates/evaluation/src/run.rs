@@ -2,9 +2,9 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::{Experiment, Kind, Scale};
+use crate::kinds::search::{CHECKPOINT, Prediction, SearchContext, Shard};
 use crate::provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
-use crate::search::{CHECKPOINT, Prediction, SearchContext, Shard};
 use rayon::ThreadPoolBuilder;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -39,29 +39,17 @@
 
 pub mod arithmetic;
 mod basis;
-pub mod batch;
-mod bounds;
-mod closed_form;
+mod certified;
+mod closed_forms;
 pub mod dense;
 mod distribution;
 mod error;
-mod exact_line;
-mod expression;
 pub mod fast_simplex;
-pub mod hamburger;
-pub mod hausdorff;
-mod hermite;
-mod linear_program;
-pub mod markov;
-pub mod roots;
-mod semi_infinite;
-pub mod textbook;
-pub mod trigonometric;
 
 pub use basis::{Basis, BasisFunction, DEFAULT_FAMILY, FunctionKind, MAX_FUNCTIONS};
-pub use bounds::{Bounds, Certificate, Interval, LowerBound};
-pub use closed_form::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
+pub use certified::{Bounds, CERTIFIED_GAP, Certificate, FEASIBILITY_TOLERANCE, Interval, LowerBound};
+pub use certified::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
+pub use certified::{ExchangeSimplex, LinearProgram, LpSolver, PreparedBasis};
+pub use closed_forms::{MomentBound, batch, hamburger, hausdorff, markov, roots, textbook, trigonometric};
 pub use distribution::{DepthDistribution, WEIGHT_SUM_TOLERANCE};
 pub use error::{BasisError, DistributionError, MomentError};
-pub use linear_program::{LinearProgram, LpSolver};
-pub use semi_infinite::{CERTIFIED_GAP, ExchangeSimplex, FEASIBILITY_TOLERANCE, PreparedBasis};

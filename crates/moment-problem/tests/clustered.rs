@@ -84,7 +84,10 @@ fn clustered(random: &mut Random) -> (DepthDistribution, f64) {
         0 => depths[random.below(depths.len())],
         1 => centre + width * (random.unit() - 0.5),
         2 => centre + 3.0 * width * (random.unit() - 0.5),
-        3 => depths[random.below(depths.len())] + width * 10f64.powf(-8.0 * random.unit()) * (random.unit() - 0.5),
+        3 => {
+            depths[random.below(depths.len())]
+                + width * 10f64.powf(-8.0 * random.unit()) * (random.unit() - 0.5)
+        }
         _ => centre + 2.0 * (random.unit() - 0.5),
     };
     (DepthDistribution::new(&depths, &weights).unwrap(), z_f)
@@ -116,7 +119,8 @@ where
         let weights: Vec<f64> = z.weights().iter().map(|w| w.to_f64()).collect();
         let mirrored = DepthDistribution::new(&offsets, &weights).unwrap();
         let other = solver.bounds_of(&mirrored, 0.0).unwrap();
-        let error = (bounds.lower - (1.0 - other.upper)).abs().max((bounds.upper - (1.0 - other.lower)).abs());
+        let error =
+            (bounds.lower - (1.0 - other.upper)).abs().max((bounds.upper - (1.0 - other.lower)).abs());
         assert!(error <= 2e-8, "{error}: {} {other:?}", context());
     }
     assert!(certificate.lower_proved <= bounds.lower && certificate.upper_proved >= bounds.upper);

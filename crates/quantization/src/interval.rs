@@ -1,6 +1,7 @@
 //! Depth intervals.
 
 use crate::error::QuantizationError;
+use moment_problem::{Interval, MomentBound};
 use std::fmt;
 
 /// The depths on which a basis is used.
@@ -15,6 +16,14 @@ impl DepthInterval {
     pub const UNIT: Self = Self { start: 0.0, end: 1.0 };
     /// Depths from -1 to 1 (GDC16).
     pub const SIGNED: Self = Self { start: -1.0, end: 1.0 };
+
+    /// The values of [`MomentBound::variable`], the variable whose functions a shadow map stores.
+    pub fn of_variable(bound: MomentBound) -> Self {
+        match bound.interval() {
+            Interval::Real => Self::SIGNED,
+            Interval::Unit => Self::UNIT,
+        }
+    }
 
     /// Depths from `start` to `end`.
     ///

@@ -1,8 +1,8 @@
 //! WGSL twins put together: constants of a technique, then the files that its mathematics needs.
 
 use crate::kernel::Kernel;
-use crate::techniques::MomentBound;
 use crate::unroll::unroll;
+use moment_problem::{Interval, MomentBound};
 use std::fmt::Write as _;
 
 const ELEMENTARY: &str = include_str!("techniques/elementary.wgsl");
@@ -77,8 +77,8 @@ pub(crate) fn moments(bound: MomentBound, alpha: f64, beta: f64) -> Option<Strin
     for (name, value) in [("ALPHA", alpha), ("KEEP", 1.0 - alpha), ("BETA", beta)] {
         constants += &constant(name, value);
     }
-    constants += &array("CENTRE", &bound.centre()[..order]);
-    let _ = writeln!(constants, "const SIGNED: bool = {};", bound != MomentBound::Hausdorff4);
+    constants += &array("CENTRE", bound.centre());
+    let _ = writeln!(constants, "const SIGNED: bool = {};", bound.interval() == Interval::Real);
     let own: &[&str] = match bound {
         MomentBound::Hamburger2 => &[CHEBYSHEV, POWERS, include_str!("techniques/hamburger2_bounds.wgsl")],
         MomentBound::Hamburger4 => {

@@ -10,6 +10,7 @@ use crate::error::FilteringError;
 use crate::kernel::Kernel;
 use crate::technique::unit;
 use crate::techniques::MomentBound;
+use moment_problem::Interval;
 use moment_problem::hamburger::Pair;
 use quantization::{AffineTransform, DepthInterval, Encoding, NumberFormat, Rectangle, SummedAreaTable};
 use rayon::prelude::*;
@@ -47,8 +48,7 @@ impl StoredMoments {
             let reason = format!("{} stores {} moments", bound.name(), bound.order());
             return Err(FilteringError::parameter("order of the transform", transform.order(), reason));
         }
-        let is_free = !matches!(bound, MomentBound::Hausdorff4 | MomentBound::Trigonometric4);
-        if !is_free && interval != DepthInterval::UNIT {
+        if bound.interval() == Interval::Unit && interval != DepthInterval::UNIT {
             let reason = format!("{} needs depths from 0 to 1", bound.name());
             let range = format!("[{}, {}]", interval.start(), interval.end());
             return Err(FilteringError::parameter("depth range", range, reason));

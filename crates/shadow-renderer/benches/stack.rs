@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used)]
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use scenes::*;
 use shadow_renderer::*;
 
 const DIRECTION: [f32; 3] = [0.3, -0.8, 0.5];

@@ -3,10 +3,9 @@
 use super::support::{SupportColumns, SupportDistribution};
 use super::{FastBound, FastFragment, FastSolution, FastVertex, Hints, Task};
 use crate::arithmetic::{DoubleDouble, Real};
+use crate::certified::{Column, FiniteProgram, LpSolver, ask};
 use crate::dense::dot;
 use crate::error::MomentError;
-use crate::linear_program::{LpSolver, ask};
-use crate::semi_infinite::{Column, FiniteProgram};
 
 /// Roundings of sums of products in double-double, relative.
 const ROUNDING: f64 = 1e-30;

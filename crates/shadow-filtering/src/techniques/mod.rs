@@ -14,5 +14,6 @@ pub use convolution::Convolution;
 pub use exponential::Exponential;
 pub use exponential_variance::ExponentialVariance;
 pub use layered_variance::LayeredVariance;
-pub use moments::{MomentBound, Moments};
+pub use moment_problem::MomentBound;
+pub use moments::Moments;
 pub use variance::Variance;

@@ -13,115 +13,9 @@ use crate::error::FilteringError;
 use crate::real_time::{RealTime, in_real_time};
 use crate::spec::MomentOptions;
 use crate::technique::{Technique, unit};
-use moment_problem::Basis;
-use moment_problem::arithmetic::{DoubleDouble, Real};
-use moment_problem::hamburger::{Pair, hamburger, hamburger4};
-use moment_problem::hausdorff::hausdorff4;
-use moment_problem::trigonometric::trigonometric4;
-use serde::{Deserialize, Serialize};
-
-/// Which moments and which prior knowledge of depth; in TOML by its name in lower case, such as `hamburger4`.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum MomentBound {
-    /// Mean and second moment on the line: Cantelli's inequality, as for variance shadow maps.
-    Hamburger2,
-    /// Four power moments on the line.
-    Hamburger4,
-    /// Six.
-    Hamburger6,
-    /// Eight.
-    Hamburger8,
-    /// Four power moments on \[0, 1\].
-    Hausdorff4,
-    /// Sine and cosine of 2 pi z and 4 pi z on \[0, 1\].
-    Trigonometric4,
-}
-
-impl MomentBound {
-    /// Number of moments.
-    pub fn order(self) -> usize {
-        match self {
-            Self::Hamburger2 => 2,
-            Self::Hamburger4 | Self::Hausdorff4 | Self::Trigonometric4 => 4,
-            Self::Hamburger6 => 6,
-            Self::Hamburger8 => 8,
-        }
-    }
-
-    /// Name in tables.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Hamburger2 => "Hamburger 2",
-            Self::Hamburger4 => "Hamburger 4",
-            Self::Hamburger6 => "Hamburger 6",
-            Self::Hamburger8 => "Hamburger 8",
-            Self::Hausdorff4 => "Hausdorff 4",
-            Self::Trigonometric4 => "Trigonometric 4",
-        }
-    }
-
-    /// Bias that double precision needs. A kernel of one or two depths lies on the boundary of the cone of moments,
-    /// where rounding, some 1e-16, is amplified by 1 / alpha; the bias itself adds alpha to G at most. The values keep
-    /// both far below what matters.
-    pub fn double_precision_bias(self) -> f64 {
-        match self {
-            Self::Hamburger2 | Self::Hamburger4 | Self::Hamburger6 => 1e-9,
-            Self::Hausdorff4 | Self::Trigonometric4 => 1e-9,
-            Self::Hamburger8 => 1e-8,
-        }
-    }
-
-    /// Bias that moments stored in single precision need: the least at which the bound held on hard inputs of
-    /// `experiments/stability.toml`, or for the two bounds on \[0, 1\] all but held.
-    pub fn single_precision_bias(self) -> f64 {
-        match self {
-            Self::Hamburger2 | Self::Hamburger4 => 5e-7,
-            Self::Hamburger6 => 5e-6,
-            Self::Hamburger8 => 5e-5,
-            Self::Hausdorff4 | Self::Trigonometric4 => 1e-5,
-        }
-    }
-
-    /// The basis whose moments are bounded.
-    pub fn basis(self) -> Basis {
-        match self {
-            Self::Trigonometric4 => Basis::trigonometric(2),
-            _ => Basis::power(self.order()),
-        }
-    }
-
-    /// The bound of the first [`MomentBound::order`] moments at a depth in the moments' own variable: any affine map
-    /// of depth for the Hamburger bounds, depth in \[0, 1\] for the others.
-    ///
-    /// # Panics
-    /// For fewer moments.
-    pub fn bounds<R: Real>(self, moments: &[R], z_f: R) -> Pair<R> {
-        match self {
-            Self::Hamburger2 => hamburger(&leading::<R, 2>(moments), z_f),
-            Self::Hamburger4 => hamburger4(&leading(moments), z_f),
-            Self::Hamburger6 => hamburger(&leading::<R, 6>(moments), z_f),
-            Self::Hamburger8 => hamburger(&leading::<R, 8>(moments), z_f),
-            Self::Hausdorff4 => hausdorff4(&leading(moments), z_f),
-            Self::Trigonometric4 => trigonometric4(&leading(moments), z_f),
-        }
-    }
-
-    /// b*, the first [`MomentBound::order`] entries.
-    pub(crate) fn centre(self) -> [f64; 8] {
-        match self {
-            Self::Hamburger2 | Self::Hamburger4 | Self::Hamburger6 | Self::Hamburger8 => {
-                [0.0, 0.5, 0.0, 0.375, 0.0, 0.3125, 0.0, 0.2734375]
-            }
-            Self::Hausdorff4 => [0.5, 0.375, 0.3125, 0.2734375, 0.0, 0.0, 0.0, 0.0],
-            Self::Trigonometric4 => [0.0; 8],
-        }
-    }
-}
-
-fn leading<R: Real, const M: usize>(moments: &[R]) -> [R; M] {
-    std::array::from_fn(|k| moments[k])
-}
+use moment_problem::MomentBound;
+use moment_problem::arithmetic::Real;
+use moment_problem::hamburger::Pair;
 
 /// A moment shadow map.
 #[derive(Clone, Copy, Debug)]
@@ -153,38 +47,16 @@ impl Moments {
 
     /// The moments that the bound is computed from: biased, as exact input for another solver.
     pub fn biased(&self, filtered: &[f64]) -> Vec<f64> {
-        let centre = self.bound.centre();
-        filtered.iter().zip(centre).map(|(&b, c)| (1.0 - self.alpha) * b + self.alpha * c).collect()
+        self.towards_centre(filtered, self.alpha)[..self.bound.order()].to_vec()
     }
 
     /// The bound with both ends.
     pub fn bounds(&self, filtered: &[f64], z_f: f64) -> Pair<f64> {
-        self.bound.bounds(&self.array(filtered), self.variable(unit(z_f)))
+        self.bound.bounds(&self.towards_centre(filtered, self.alpha), self.bound.variable(unit(z_f)))
     }
 
     fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
-        let z = unit(depth);
-        if self.bound == MomentBound::Trigonometric4 {
-            let angle = R::from_double_double(DoubleDouble::pi()) * (z + z);
-            let (sine, cosine) = (angle.sin(), angle.cos());
-            let product = sine * cosine;
-            out.copy_from_slice(&[sine, cosine, product + product, (cosine - sine) * (cosine + sine)]);
-            return;
-        }
-        let base = self.variable(z);
-        let mut power = R::one();
-        for value in out {
-            power = power * base;
-            *value = power;
-        }
-    }
-
-    /// The variable whose functions are stored: z or s = 2 z - 1.
-    fn variable<R: Real>(&self, z: R) -> R {
-        match self.bound {
-            MomentBound::Hausdorff4 | MomentBound::Trigonometric4 => z,
-            _ => z + z - R::one(),
-        }
+        self.bound.evaluate(unit(depth), out);
     }
 
     /// G as a shader computes it: biased, without the recognition of two depths, which needs double precision.
@@ -193,13 +65,8 @@ impl Moments {
     }
 
     fn biased_bounds<R: Real>(&self, filtered: &[R], z_f: R) -> Pair<R> {
-        let alpha = R::from_f64(self.single_alpha);
-        let keep = R::from_f64(1.0 - self.single_alpha);
-        let mut biased = self.bound.centre().map(R::from_f64);
-        for (c, &b) in biased.iter_mut().zip(filtered) {
-            *c = keep * b + alpha * *c;
-        }
-        self.bound.bounds(&biased, self.variable(unit(z_f)))
+        let biased = self.towards_centre(filtered, self.single_alpha);
+        self.bound.bounds(&biased, self.bound.variable(unit(z_f)))
     }
 
     fn lower_of_two(&self, filtered: &[f64], z_f: f64) -> Option<f64> {
@@ -207,18 +74,20 @@ impl Moments {
             return None;
         }
         let four = [filtered[0], filtered[1], filtered[2], filtered[3]];
-        match self.bound {
-            MomentBound::Hausdorff4 => two_surfaces::powers(four, z_f),
-            MomentBound::Trigonometric4 => two_surfaces::trigonometric(four, z_f),
-            _ => two_surfaces::powers(four, 2.0 * z_f - 1.0),
+        let variable = self.bound.variable(z_f);
+        if self.bound.is_trigonometric() {
+            two_surfaces::trigonometric(four, variable)
+        } else {
+            two_surfaces::powers(four, variable)
         }
     }
 
     /// (1 - alpha) b + alpha b*, without an allocation.
-    fn array(&self, filtered: &[f64]) -> [f64; 8] {
-        let mut biased = self.bound.centre();
-        for (c, &b) in biased.iter_mut().zip(filtered) {
-            *c = (1.0 - self.alpha) * b + self.alpha * *c;
+    fn towards_centre<R: Real>(&self, filtered: &[R], alpha: f64) -> [R; MomentBound::MAX_ORDER] {
+        let (keep, alpha) = (R::from_f64(1.0 - alpha), R::from_f64(alpha));
+        let mut biased = [R::zero(); MomentBound::MAX_ORDER];
+        for ((value, &b), &centre) in biased.iter_mut().zip(filtered).zip(self.bound.centre()) {
+            *value = keep * b + alpha * R::from_f64(centre);
         }
         biased
     }

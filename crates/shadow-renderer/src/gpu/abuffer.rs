@@ -1,15 +1,16 @@
 //! Count, prefix sums, scatter and sort on the GPU, band of rows by band of rows.
 
+use std::sync::OnceLock;
 use std::time::Instant;
 
 use wgpu::BufferUsages as Usage;
 
-use super::device::{Gpu, Scopes};
 use super::work_items::{GpuTriangle, Item, gpu_triangles, items, most_fragments};
-use crate::assemble::{Band, Key};
-use crate::memory::Budget;
-use crate::prepare::PreparedTriangles;
+use crate::stack::assemble::{Band, Key};
+use crate::stack::memory::Budget;
+use crate::stack::prepare::PreparedTriangles;
 use crate::{RenderError, StageTimes};
+use graphics_device::{DeviceError, GraphicsDevice};
 
 /// Sizes of the pieces into which work is cut, so that every binding stays within its limit.
 #[derive(Clone, Copy, Debug)]
@@ -35,8 +36,9 @@ impl ChunkSizes {
     }
 }
 
-/// The shaders, compiled.
-pub(crate) struct Pipelines {
+/// The A-buffer's shaders, compiled.
+pub(crate) struct ABuffer {
+    gpu: &'static GraphicsDevice,
     count: wgpu::ComputePipeline,
     scatter: wgpu::ComputePipeline,
     scan_blocks: wgpu::ComputePipeline,
@@ -45,8 +47,19 @@ pub(crate) struct Pipelines {
     sort: wgpu::ComputePipeline,
 }
 
-impl Pipelines {
-    pub fn new(device: &wgpu::Device) -> Self {
+impl ABuffer {
+    /// On the device of this process; compiled on the first call.
+    pub fn shared() -> Result<&'static Self, DeviceError> {
+        static SHARED: OnceLock<Result<ABuffer, DeviceError>> = OnceLock::new();
+        let compile = || {
+            let gpu = GraphicsDevice::shared()?;
+            gpu.watched(|| Ok(Self::new(gpu)))
+        };
+        SHARED.get_or_init(compile).as_ref().map_err(Clone::clone)
+    }
+
+    fn new(gpu: &'static GraphicsDevice) -> Self {
+        let device = &gpu.device;
         let fragments = device.create_shader_module(wgpu::include_wgsl!("fragments.wgsl"));
         let scan = device.create_shader_module(wgpu::include_wgsl!("scan.wgsl"));
         let sort = device.create_shader_module(wgpu::include_wgsl!("sort.wgsl"));
@@ -61,6 +74,7 @@ impl Pipelines {
             })
         };
         Self {
+            gpu,
             count: pipeline(&fragments, "count"),
             scatter: pipeline(&fragments, "scatter"),
             scan_blocks: pipeline(&scan, "scan_blocks"),
@@ -68,6 +82,20 @@ impl Pipelines {
             add_sums: pipeline(&scan, "add_sums"),
             sort: pipeline(&sort, "sort"),
         }
+    }
+
+    /// Sorted fragments of the whole map.
+    ///
+    /// # Errors
+    /// [`RenderError::Gpu`] where the device fails or lacks memory, the errors of `budget` for too many fragments.
+    pub fn extract(
+        &self,
+        prepared: &PreparedTriangles,
+        budget: &Budget,
+        sizes: ChunkSizes,
+        times: &mut StageTimes,
+    ) -> Result<Vec<Band>, RenderError> {
+        self.gpu.watched(|| Extraction::new(self, prepared, budget, sizes).run(times))
     }
 }
 
@@ -94,26 +122,8 @@ const SORT_THREADS: u32 = 256;
 /// Texels a workgroup of scan.wgsl sums up.
 const SCAN_BLOCK: u32 = 1024;
 
-/// Sorted fragments of the whole map.
-///
-/// # Errors
-/// [`RenderError::Gpu`] where the device fails or lacks memory, the errors of `budget` for too many fragments.
-pub(crate) fn extract(
-    gpu: &Gpu,
-    prepared: &PreparedTriangles,
-    budget: &Budget,
-    sizes: ChunkSizes,
-    times: &mut StageTimes,
-) -> Result<Vec<Band>, RenderError> {
-    let scopes = Scopes::open(&gpu.device);
-    let bands = Extraction::new(gpu, prepared, budget, sizes).run(times);
-    // What the device has to say explains more than what followed from it.
-    scopes.close()?;
-    bands
-}
-
 struct Extraction<'a> {
-    gpu: &'a Gpu,
+    shaders: &'a ABuffer,
     prepared: &'a PreparedTriangles,
     budget: &'a Budget,
     sizes: ChunkSizes,
@@ -122,7 +132,13 @@ struct Extraction<'a> {
 }
 
 impl<'a> Extraction<'a> {
-    fn new(gpu: &'a Gpu, prepared: &'a PreparedTriangles, budget: &'a Budget, sizes: ChunkSizes) -> Self {
+    fn new(
+        shaders: &'a ABuffer,
+        prepared: &'a PreparedTriangles,
+        budget: &'a Budget,
+        sizes: ChunkSizes,
+    ) -> Self {
+        let gpu = shaders.gpu;
         let all = prepared.triangles.len();
         let chunks = (0..all).step_by(sizes.triangles).map(|first| {
             let end = all.min(first + sizes.triangles);
@@ -136,7 +152,7 @@ impl<'a> Extraction<'a> {
         });
         let chunks = chunks.collect();
         let mask_bits = gpu.buffer_of("mask bits", &prepared.masks.bits, Usage::STORAGE);
-        Self { gpu, prepared, budget, sizes, chunks, mask_bits }
+        Self { shaders, prepared, budget, sizes, chunks, mask_bits }
     }
 
     fn run(&self, times: &mut StageTimes) -> Result<Vec<Band>, RenderError> {
@@ -150,7 +166,8 @@ impl<'a> Extraction<'a> {
             match self.band(rows.clone(), &mut total, times)? {
                 Some(band) => bands.push(band),
                 None if rows.len() == 1 => {
-                    return Err(RenderError::Gpu(format!("row {} has too many fragments", rows.start)));
+                    let what = format!("row {} has too many fragments", rows.start);
+                    return Err(DeviceError::Unsupported(what).into());
                 }
                 None => {
                     let middle = rows.start + rows.len() as u32 / 2;
@@ -169,7 +186,7 @@ impl<'a> Extraction<'a> {
         total: &mut u64,
         times: &mut StageTimes,
     ) -> Result<Option<Band>, RenderError> {
-        let (gpu, pipelines) = (self.gpu, &self.gpu.pipelines);
+        let (gpu, pipelines) = (self.shaders.gpu, self.shaders);
         let mut since = Instant::now();
         let texels = self.prepared.width * rows.len() as u32;
         let Some(batches) = self.batches(&rows) else { return Ok(None) };
@@ -244,9 +261,9 @@ impl<'a> Extraction<'a> {
                 let params = [self.prepared.width, rows.start, count, chunk.first as u32];
                 batches.push(Batch {
                     chunk,
-                    items: self.gpu.buffer_of("items", part, Usage::STORAGE),
+                    items: self.shaders.gpu.buffer_of("items", part, Usage::STORAGE),
                     count,
-                    params: self.gpu.buffer_of("batch", &params, Usage::UNIFORM),
+                    params: self.shaders.gpu.buffer_of("batch", &params, Usage::UNIFORM),
                 });
             }
         }
@@ -281,7 +298,7 @@ impl<'a> Extraction<'a> {
             .iter()
             .map(|&(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
-        let group = self.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        let group = self.shaders.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &pipeline.get_bind_group_layout(0),
             entries: &entries,
@@ -294,7 +311,7 @@ impl<'a> Extraction<'a> {
 }
 
 fn key_of([triangle, depth]: [u32; 2]) -> Key {
-    crate::assemble::key(depth, triangle)
+    crate::stack::assemble::key(depth, triangle)
 }
 
 fn lap(since: &mut Instant) -> std::time::Duration {

@@ -3,7 +3,7 @@
 use wgpu::TextureFormat as Format;
 
 use super::depth_map;
-use super::device::Gpu;
+use graphics_device::GraphicsDevice;
 
 /// A pass that covers its targets.
 pub(super) struct CoverPass {
@@ -14,7 +14,7 @@ pub(super) struct CoverPass {
 
 impl CoverPass {
     pub fn new(
-        gpu: &Gpu,
+        gpu: &GraphicsDevice,
         module: &wgpu::ShaderModule,
         entry: &str,
         resources: &[(u32, wgpu::BindingResource<'_>)],

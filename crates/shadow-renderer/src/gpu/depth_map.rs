@@ -3,9 +3,10 @@
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BufferUsages as Usage, TextureUsages};
 
-use super::device::{Gpu, Scopes, gpu};
-use crate::fixed_point::Masks;
-use crate::{BINDING_BYTES, LightFrame, RenderError, Scene};
+use crate::stack::fixed_point::Masks;
+use crate::{BINDING_BYTES, LightFrame, RenderError};
+use graphics_device::GraphicsDevice;
+use scenes::Scene;
 
 /// Nearest depths of a directional light's view with `samples` samples a texel.
 #[derive(Clone, Debug, PartialEq)]
@@ -57,28 +58,25 @@ struct Corner {
 }
 
 impl DepthMap {
-    /// Renders on the adapter of [`crate::gpu_adapter`], a software one included, both sides of triangles.
+    /// Renders on [`GraphicsDevice::shared`], both sides of triangles.
     ///
     /// Coverage and depth follow the hardware's rules: compare with tolerances, use stacks where bits matter.
     /// Surfaces with a depth outside of [0, 1] are clipped away.
     ///
     /// # Errors
     /// [`RenderError::Gpu`] without adapter or where it fails or lacks memory; [`RenderError::MapSize`],
-    /// [`RenderError::EmptyScene`] and [`RenderError::Scene`] as for stacks.
+    /// [`RenderError::Scene`] as for stacks.
     pub fn render(scene: &Scene, frame: &LightFrame, sampling: Sampling) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
-        crate::check_scene::check_scene(scene)?;
+        scene.check()?;
         let masks = Masks::new(scene)?;
-        let gpu = gpu().map_err(|reason| RenderError::Gpu(reason.to_owned()))?;
-        let scopes = Scopes::open(&gpu.device);
-        let map = render(gpu, scene, &masks, frame, sampling);
-        scopes.close()?;
-        map
+        let gpu = GraphicsDevice::shared()?;
+        gpu.watched(|| render(gpu, scene, &masks, frame, sampling))
     }
 }
 
 fn render(
-    gpu: &Gpu,
+    gpu: &GraphicsDevice,
     scene: &Scene,
     masks: &Masks,
     frame: &LightFrame,
@@ -148,21 +146,13 @@ fn render(
 }
 
 /// A depth texture that shaders can read.
-pub(super) fn target(gpu: &Gpu, width: u32, height: u32, samples: u32) -> wgpu::Texture {
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("depth map"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: samples,
-        dimension: wgpu::TextureDimension::D2,
-        format: FORMAT,
-        usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    })
+pub(super) fn target(gpu: &GraphicsDevice, width: u32, height: u32, samples: u32) -> wgpu::Texture {
+    let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING;
+    gpu.texture(FORMAT, (width, height), 1, samples, usage)
 }
 
 pub(super) fn upload(
-    gpu: &Gpu,
+    gpu: &GraphicsDevice,
     scene: &Scene,
     masks: &Masks,
     frame: &LightFrame,
@@ -186,7 +176,11 @@ pub(super) fn upload(
     corners.collect()
 }
 
-pub(super) fn raster_pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, samples: u32) -> wgpu::RenderPipeline {
+pub(super) fn raster_pipeline(
+    gpu: &GraphicsDevice,
+    module: &wgpu::ShaderModule,
+    samples: u32,
+) -> wgpu::RenderPipeline {
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("depth map"),
         layout: None,
@@ -220,7 +214,7 @@ pub(super) fn raster_pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, samples: u
     })
 }
 
-fn read_pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, samples: u32) -> wgpu::ComputePipeline {
+fn read_pipeline(gpu: &GraphicsDevice, module: &wgpu::ShaderModule, samples: u32) -> wgpu::ComputePipeline {
     gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: Some("read depths"),
         layout: None,
@@ -232,7 +226,7 @@ fn read_pipeline(gpu: &Gpu, module: &wgpu::ShaderModule, samples: u32) -> wgpu::
 }
 
 pub(super) fn bind(
-    gpu: &Gpu,
+    gpu: &GraphicsDevice,
     layout: &wgpu::BindGroupLayout,
     resources: &[(u32, wgpu::BindingResource<'_>)],
 ) -> wgpu::BindGroup {
@@ -245,7 +239,7 @@ pub(super) fn bind(
 
 /// The depths of some rows; `rows` is width, first row, number of rows and samples a texel.
 fn read_rows(
-    gpu: &Gpu,
+    gpu: &GraphicsDevice,
     reader: &wgpu::ComputePipeline,
     view: &wgpu::TextureView,
     rows: [u32; 4],
@@ -270,5 +264,5 @@ fn read_rows(
     pass.dispatch_workgroups(width.div_ceil(8), count.div_ceil(8), 1);
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
-    gpu.read(&depths, 0, bytes)
+    Ok(gpu.read(&depths, 0, bytes)?)
 }

@@ -3,9 +3,8 @@
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
 use super::cover_pass::CoverPass;
-use super::device::Gpu;
 use super::frame_renderer::FrameSettings;
-use crate::RenderError;
+use graphics_device::{DeviceError, GraphicsDevice};
 
 /// From samples of depth to the filtered map with its mip levels.
 pub(super) struct Chain {
@@ -19,26 +18,27 @@ pub(super) struct Chain {
 
 impl Chain {
     pub fn new(
-        gpu: &Gpu,
+        gpu: &GraphicsDevice,
         [resolve, filter, halve]: [&str; 3],
         formats: &[Format],
         settings: &FrameSettings,
         depths: &wgpu::TextureView,
-    ) -> Result<Self, RenderError> {
+    ) -> Result<Self, DeviceError> {
         for &format in formats {
             let offered = gpu.adapter.get_texture_format_features(format);
             let filterable = offered.flags.contains(wgpu::TextureFormatFeatureFlags::FILTERABLE)
                 && offered.allowed_usages.contains(Uses::RENDER_ATTACHMENT)
                 && gpu.device.features().contains(format.required_features());
             if !filterable {
-                return Err(RenderError::Gpu(format!("the adapter cannot filter textures of {format:?}")));
+                let what = format!("the adapter cannot filter textures of {format:?}");
+                return Err(DeviceError::Unsupported(what));
             }
         }
         let side = settings.map_size;
         let levels = if settings.mip_maps { side.ilog2() + 1 } else { 1 };
         let textures = |levels: u32| -> Vec<wgpu::Texture> {
             let usage = Uses::RENDER_ATTACHMENT | Uses::TEXTURE_BINDING | Uses::COPY_SRC;
-            formats.iter().map(|&format| gpu.texture(format, (side, side), levels, usage)).collect()
+            formats.iter().map(|&format| gpu.texture(format, (side, side), levels, 1, usage)).collect()
         };
         let (maps, between) = (textures(levels), textures(1));
         let level = |textures: &[wgpu::Texture], level: u32| -> Vec<wgpu::TextureView> {
@@ -77,7 +77,7 @@ impl Chain {
     }
 
     /// Level 0, channel by channel, for single floats.
-    pub fn filtered(&self, gpu: &Gpu) -> Result<Option<Vec<f32>>, RenderError> {
+    pub fn filtered(&self, gpu: &GraphicsDevice) -> Result<Option<Vec<f32>>, DeviceError> {
         let mut all: Vec<(usize, Vec<f32>)> = Vec::new();
         for map in &self.maps {
             let channels = match map.format() {
@@ -86,8 +86,7 @@ impl Chain {
                 Format::Rgba32Float => 4,
                 _ => return Ok(None),
             };
-            let bytes = gpu.read_texture(map, 4 * channels as u32)?;
-            all.push((channels, bytemuck::pod_collect_to_vec(&bytes)));
+            all.push((channels, gpu.read_texture(map)?));
         }
         let texels = all.first().map_or(0, |(channels, values)| values.len() / channels);
         let texel =

@@ -5,10 +5,11 @@ use wgpu::{BufferUsages as Usage, TextureFormat as Format, TextureUsages as Uses
 
 use super::cover_pass::cleared;
 use super::depth_map;
-use super::device::Gpu;
-use crate::fixed_point::Masks;
-use crate::frame_raster::View;
-use crate::{LightFrame, RenderError, Scene};
+use crate::frame::raster::View;
+use crate::stack::fixed_point::Masks;
+use crate::{LightFrame, RenderError};
+use graphics_device::GraphicsDevice;
+use scenes::Scene;
 
 /// Corners sent to the device in one piece.
 const TRIANGLES_PER_BUFFER: usize = 1 << 19;
@@ -45,9 +46,9 @@ pub(super) struct Targets {
 const TARGET_FORMATS: [Format; 3] = [Format::Rgba32Float, Format::Rgba16Float, Format::Rgba8Unorm];
 
 impl Targets {
-    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Self {
+    pub fn new(gpu: &GraphicsDevice, width: u32, height: u32) -> Self {
         let view = |format: Format, more: Uses| {
-            gpu.texture(format, (width, height), 1, Uses::RENDER_ATTACHMENT | more)
+            gpu.texture(format, (width, height), 1, 1, Uses::RENDER_ATTACHMENT | more)
                 .create_view(&Default::default())
         };
         Self {
@@ -71,7 +72,7 @@ pub(super) struct TrianglePass {
 }
 
 impl Geometry {
-    pub fn upload(gpu: &Gpu, scene: &Scene) -> Result<Self, RenderError> {
+    pub fn upload(gpu: &GraphicsDevice, scene: &Scene) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
         let chunks = scene.triangles.chunks(TRIANGLES_PER_BUFFER);
         let materials = scene.triangle_material.chunks(TRIANGLES_PER_BUFFER);
@@ -93,7 +94,7 @@ impl Geometry {
     /// The light's depth map with so many samples.
     pub fn shadow_map(
         &self,
-        gpu: &Gpu,
+        gpu: &GraphicsDevice,
         scene: &Scene,
         light: &LightFrame,
         samples: u32,
@@ -109,7 +110,12 @@ impl Geometry {
     }
 
     /// What the camera sees.
-    pub fn surfaces(&self, gpu: &Gpu, scene: &Scene, targets: &Targets) -> Result<TrianglePass, RenderError> {
+    pub fn surfaces(
+        &self,
+        gpu: &GraphicsDevice,
+        scene: &Scene,
+        targets: &Targets,
+    ) -> Result<TrianglePass, RenderError> {
         let view = View::new(&scene.camera, targets.width, targets.height)?;
         let camera = gpu.buffer_of("camera", &view.clip_rows(), Usage::UNIFORM);
         let module = gpu.shader(concat!(include_str!("mask.wgsl"), include_str!("surfaces.wgsl")));
@@ -161,7 +167,12 @@ impl Geometry {
         })
     }
 
-    fn bind(&self, gpu: &Gpu, pipeline: &wgpu::RenderPipeline, first: &wgpu::Buffer) -> wgpu::BindGroup {
+    fn bind(
+        &self,
+        gpu: &GraphicsDevice,
+        pipeline: &wgpu::RenderPipeline,
+        first: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
         depth_map::bind(
             gpu,
             &pipeline.get_bind_group_layout(0),

@@ -3,18 +3,19 @@
 //!
 //! The shaders of a technique come from outside, as WGSL; this module knows textures, passes and times only.
 
-use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use graphics_device::{AdapterName, DeviceError, GraphicsDevice, PassTimer};
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
 use super::cover_pass::CoverPass;
-use super::device::{Gpu, Scopes, open};
 use super::filter_chain::Chain;
 use super::frame_geometry::{Geometry, Targets, TrianglePass};
-use super::pass_timer::Timer;
-use crate::light_frame::{check_size, normalize};
-use crate::{AdapterName, LightFrame, RenderError, Scene};
+use scenes::vector::normalize;
+
+use crate::light_frame::check_size;
+use crate::{LightFrame, RenderError};
+use scenes::Scene;
 
 /// How texels of a filtered map are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +82,9 @@ pub struct PassTimes {
     pub times: Vec<Duration>,
 }
 
+/// Most passes of a frame.
+const PASSES: u32 = 7;
+
 /// The last row of [`PassTimes`].
 pub const WHOLE_FRAME: &str = "frame";
 
@@ -98,13 +102,11 @@ pub struct GpuFrame {
 
 /// A device with a scene on it.
 pub struct FrameRenderer {
-    gpu: Gpu,
+    gpu: GraphicsDevice,
     geometry: Geometry,
     scene_light: [f64; 3],
     scene: Scene,
     direction: [f32; 3],
-    /// Why the device was lost, once it is.
-    lost: Arc<Mutex<Option<String>>>,
 }
 
 /// Features that are used where the adapter has them.
@@ -121,19 +123,10 @@ impl FrameRenderer {
     /// [`crate::Frame::render`] for a scene, direction or camera that make no sense.
     pub fn new(scene: &Scene, direction: [f32; 3]) -> Result<Self, RenderError> {
         LightFrame::fit(scene, direction, 64, 64)?;
-        let gpu = open(WANTED).map_err(RenderError::Gpu)?;
-        let lost = Arc::new(Mutex::new(None));
-        let heard = lost.clone();
-        gpu.device.set_device_lost_callback(move |reason, message| {
-            // A poisoned lock holds a reason all the same.
-            let mut lost = heard.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-            *lost = Some(format!("{reason:?} {message}").trim().to_owned());
-        });
-        let scopes = Scopes::open(&gpu.device);
-        let geometry = Geometry::upload(&gpu, scene)?;
-        scopes.close()?;
+        let gpu = GraphicsDevice::open(WANTED)?;
+        let geometry = gpu.watched(|| Geometry::upload(&gpu, scene))?;
         let scene_light = normalize(direction.map(|c| -f64::from(c)));
-        Ok(Self { gpu, geometry, scene_light, scene: scene.clone(), direction, lost })
+        Ok(Self { gpu, geometry, scene_light, scene: scene.clone(), direction })
     }
 
     /// The adapter.
@@ -148,9 +141,7 @@ impl FrameRenderer {
 
     /// Gives the device up, as a driver that crashes does. Every later frame is an error.
     pub fn lose(&self) {
-        self.gpu.device.destroy();
-        // Whatever this answers, the device is gone.
-        let _ = self.gpu.wait();
+        self.gpu.lose();
     }
 
     /// Renders a frame with a technique.
@@ -204,15 +195,7 @@ impl FrameRenderer {
     ) -> Result<T, RenderError> {
         check_size(settings.map_size, settings.map_size)?;
         check_size(settings.width, settings.height)?;
-        let scopes = Scopes::open(&self.gpu.device);
-        let done = work();
-        // What the device has to say explains more than what followed from it, and its loss more than both.
-        let said = scopes.close();
-        let lost = self.lost.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        match lost.as_ref() {
-            Some(reason) => Err(RenderError::Gpu(format!("the device was lost: {reason}"))),
-            None => said.and(done),
-        }
+        self.gpu.watched(work)
     }
 }
 
@@ -222,7 +205,7 @@ struct Prepared {
     surfaces: TrianglePass,
     chain: Option<Chain>,
     shade: Shading,
-    timer: Option<Timer>,
+    timer: Option<PassTimer>,
 }
 
 impl Prepared {
@@ -251,11 +234,11 @@ impl Prepared {
             FrameShaders::Comparison { .. } => None,
         };
         let shade = Shading::new(gpu, shaders, &targets, &light_rows, chain.as_ref(), &shadow_map.view);
-        Ok(Self { shadow_map, surfaces, chain, shade, timer: Timer::new(gpu) })
+        Ok(Self { shadow_map, surfaces, chain, shade, timer: PassTimer::new(gpu, PASSES) })
     }
 
     /// Renders a frame and waits for it: its passes with their times, none without timestamps.
-    fn draw(&self, gpu: &Gpu) -> Result<Vec<(&'static str, Duration)>, RenderError> {
+    fn draw(&self, gpu: &GraphicsDevice) -> Result<Vec<(&'static str, Duration)>, RenderError> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         let mut names = Vec::new();
         let mut stamp = |name: &'static str| {
@@ -270,11 +253,11 @@ impl Prepared {
             if let [first, .., last] = chain.levels.as_slice() {
                 // From the beginning of the first level to the end of the last.
                 let whole = stamp("mip maps");
-                first.draw(&mut encoder, whole.clone().map(Timer::begin_only));
+                first.draw(&mut encoder, whole.clone().map(PassTimer::begin_only));
                 for level in &chain.levels[1..chain.levels.len() - 1] {
                     level.draw(&mut encoder, None);
                 }
-                last.draw(&mut encoder, whole.map(Timer::end_only));
+                last.draw(&mut encoder, whole.map(PassTimer::end_only));
             }
         }
         self.surfaces.draw(&mut encoder, stamp("surfaces"));
@@ -290,13 +273,13 @@ impl Prepared {
         Ok(names.into_iter().zip(times).collect())
     }
 
-    fn read(&self, gpu: &Gpu, settings: &FrameSettings) -> Result<GpuFrame, RenderError> {
-        let pixels = gpu.read_texture(&self.shade.colour, 4)?;
+    fn read(&self, gpu: &GraphicsDevice, settings: &FrameSettings) -> Result<GpuFrame, RenderError> {
+        let pixels = gpu.read_texture(&self.shade.colour)?;
         let image = image::RgbaImage::from_raw(settings.width, settings.height, pixels)
-            .ok_or_else(|| RenderError::Gpu("the picture has another size".to_owned()))?;
-        let shadow = gpu.read_texture(&self.shade.shadow, 4)?;
+            .ok_or_else(|| DeviceError::Failed("the picture has another size".to_owned()))?;
+        let shadow = gpu.read_texture(&self.shade.shadow)?;
         let filtered = self.chain.as_ref().map(|chain| chain.filtered(gpu)).transpose()?.flatten();
-        Ok(GpuFrame { image, shadow: bytemuck::pod_collect_to_vec(&shadow), filtered })
+        Ok(GpuFrame { image, shadow, filtered })
     }
 }
 
@@ -336,7 +319,7 @@ struct Shading {
 
 impl Shading {
     fn new(
-        gpu: &Gpu,
+        gpu: &GraphicsDevice,
         shaders: &FrameShaders,
         targets: &Targets,
         light: &wgpu::Buffer,
@@ -345,8 +328,8 @@ impl Shading {
     ) -> Self {
         let size = (targets.width, targets.height);
         let usage = Uses::RENDER_ATTACHMENT | Uses::COPY_SRC;
-        let colour = gpu.texture(Format::Rgba8Unorm, size, 1, usage);
-        let shadow = gpu.texture(Format::R32Float, size, 1, usage);
+        let colour = gpu.texture(Format::Rgba8Unorm, size, 1, 1, usage);
+        let shadow = gpu.texture(Format::R32Float, size, 1, 1, usage);
         let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,

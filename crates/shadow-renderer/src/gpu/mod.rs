@@ -3,16 +3,13 @@
 mod abuffer;
 mod cover_pass;
 mod depth_map;
-mod device;
 mod filter_chain;
 mod frame_geometry;
 mod frame_renderer;
-mod pass_timer;
 mod work_items;
 
-pub(crate) use abuffer::{ChunkSizes, extract};
+pub(crate) use abuffer::{ABuffer, ChunkSizes};
 pub use depth_map::{DepthMap, SUPERSAMPLE_8, Sampling};
-pub(crate) use device::gpu;
 pub use frame_renderer::{
     FrameRenderer, FrameSettings, FrameShaders, GpuFrame, PassTimes, TexelFormat, WHOLE_FRAME,
 };

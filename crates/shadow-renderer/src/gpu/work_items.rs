@@ -3,9 +3,9 @@
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 
-use crate::edges::edges;
-use crate::fixed_point::Plane;
-use crate::prepare::{NO_MASK, PreparedTriangle, PreparedTriangles};
+use crate::stack::edges::edges;
+use crate::stack::fixed_point::Plane;
+use crate::stack::prepare::{NO_MASK, PreparedTriangle, PreparedTriangles};
 
 /// Largest side of an [`Item`] in texels.
 const TILE: u32 = 16;

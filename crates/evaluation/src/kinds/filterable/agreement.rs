@@ -1,0 +1,47 @@
+//! Closed forms against the certified linear program, on the very moments of real fragments.
+
+use super::evaluate::{Plan, spread};
+use super::records::AgreementRecord;
+use super::view::View;
+use crate::error::EvaluationError;
+use rayon::prelude::*;
+use shadow_filtering::techniques::{Certified, MomentBound, Moments};
+use shadow_filtering::{Technique, TechniqueSpec, encode, filter};
+
+/// One row for each technique whose bound has a linear program on \[0, 1\]: Hausdorff 4 and trigonometric 4.
+pub(crate) fn compare(plan: &Plan<'_>, view: &View) -> Result<Vec<AgreementRecord>, EvaluationError> {
+    let mut records = Vec::new();
+    let wanted = plan.experiment.agreement_fragments;
+    for settings in plan.experiment.technique.iter().filter(|_| wanted > 0) {
+        let (bound, options) = match settings.method {
+            Some(TechniqueSpec::Hausdorff4(options)) => (MomentBound::Hausdorff4, options),
+            Some(TechniqueSpec::Trigonometric4(options)) => (MomentBound::Trigonometric4, options),
+            _ => continue,
+        };
+        let fail = |error| settings.failure(error);
+        let closed = Moments::new(bound, options).map_err(fail)?;
+        let program = Certified::new(bound.basis_name()).map_err(fail)?;
+        let filtered = filter(&encode::<f64>(&view.map, &closed).map_err(fail)?, &plan.kernel);
+        let distances: Vec<Result<f64, String>> = spread(view.samples.len(), wanted)
+            .into_par_iter()
+            .map(|index| {
+                let receiver = view.samples[index].receiver;
+                let z = plan.compared(view, &receiver, 0);
+                let moments = filtered.texel(receiver.x, receiver.y);
+                let solved = program.shade(&closed.biased(moments), z).map_err(|e| e.to_string())?;
+                Ok((closed.bounds(moments, z).lower - solved).abs())
+            })
+            .collect();
+        let failures: Vec<&String> = distances.iter().filter_map(|result| result.as_ref().err()).collect();
+        records.push(AgreementRecord {
+            scene: view.scene.clone(),
+            view: view.name.clone(),
+            technique: settings.name.clone(),
+            fragments: distances.len(),
+            largest_disagreement: distances.iter().flatten().copied().fold(0.0, f64::max),
+            failed: failures.len(),
+            error: failures.first().map(|reason| (*reason).clone()).unwrap_or_default(),
+        });
+    }
+    Ok(records)
+}

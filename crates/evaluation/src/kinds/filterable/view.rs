@@ -1,0 +1,314 @@
+//! A light view of a scene, ready to be evaluated: shadow map, sampled fragments, ground truth.
+
+use super::records::{ViewRecord, rounded};
+use super::settings::FilterableExperiment;
+use crate::error::EvaluationError;
+use crate::kernel::Random;
+use rayon::prelude::*;
+use scenes::{LightView, Scene, load_scene};
+use shadow_filtering::{DepthMap, FilteringError, Kernel, Receiver, SurfaceCounter};
+use shadow_renderer::{Backend, LightFrame, RenderError, ShadowMapStack, render_in_frame, render_stack};
+use std::borrow::Cow;
+use std::path::Path;
+
+/// Surfaces in a kernel: 1, 2, 3 and more.
+pub(crate) const CLASSES: usize = 4;
+
+/// One sampled fragment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub(crate) receiver: Receiver,
+    /// Number of surfaces minus one, at most 3.
+    pub(crate) class: usize,
+}
+
+pub(crate) struct View {
+    pub(crate) scene: String,
+    pub(crate) name: String,
+    pub(crate) map: DepthMap,
+    pub(crate) texel_depth: f64,
+    pub(crate) samples: Vec<Sample>,
+    /// All fragments.
+    pub(crate) receivers: Vec<Receiver>,
+    stack_entries: usize,
+    layers: u32,
+}
+
+/// What a shadow map is made from.
+pub(crate) enum Source {
+    Scene(Scene),
+    /// A stack that was rendered before; its one view is called `stack`.
+    Stack(ShadowMapStack),
+}
+
+/// A scene with its label and the views that are wanted.
+pub(crate) struct LoadedScene<'a> {
+    pub(crate) label: &'a str,
+    pub(crate) source: Source,
+    pub(crate) lights: Vec<LightView>,
+}
+
+/// A light view's stack with what every experiment makes of it.
+pub(crate) struct Lit<'a> {
+    pub(crate) stack: Cow<'a, ShadowMapStack>,
+    pub(crate) map: DepthMap,
+    pub(crate) texel_depth: f64,
+    /// All fragments: light-facing entries whose kernel lies inside the map. Never empty.
+    pub(crate) receivers: Vec<Receiver>,
+}
+
+impl LoadedScene<'_> {
+    /// Reads all scenes. Without names of views, all views of a scene are wanted.
+    pub(crate) fn load_all<'a>(
+        labels: &'a [String],
+        views: &[String],
+    ) -> Result<Vec<LoadedScene<'a>>, EvaluationError> {
+        let load = |(index, label): (usize, &'a String)| {
+            let (source, mut lights) = Source::load(label).map_err(|reason| EvaluationError::Key {
+                key: format!("scenes[{index}]"),
+                reason: format!("scene `{label}`: {reason}"),
+            })?;
+            let known: Vec<String> = lights.iter().map(|light| light.name.clone()).collect();
+            lights.retain(|light| views.is_empty() || views.contains(&light.name));
+            if lights.is_empty() {
+                let reason = format!("views = {views:?} match none of {} of `{label}`", known.join(", "));
+                return Err(EvaluationError::Key { key: "views".to_owned(), reason });
+            }
+            Ok(LoadedScene { label, source, lights })
+        };
+        labels.iter().enumerate().map(load).collect()
+    }
+
+    /// Renders one of its views.
+    pub(crate) fn lit(
+        &self,
+        light: &LightView,
+        size: u32,
+        kernel: &Kernel,
+    ) -> Result<Lit<'_>, EvaluationError> {
+        let fail = |reason: String| {
+            EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
+        };
+        let (stack, texel_depth) = self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
+        let (width, height) = (stack.width as usize, stack.height as usize);
+        let map = depth_map(&stack).map_err(|error| fail(error.to_string()))?;
+        let receivers = fragments(&stack, kernel);
+        if receivers.is_empty() {
+            let side = kernel.size();
+            let reason = format!(
+                "scene `{}`, view `{}`: no light-facing fragment has its {side}x{side} kernel inside a map of \
+                 {width}x{height} texels",
+                self.label, light.name
+            );
+            return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
+        }
+        Ok(Lit { stack, map, texel_depth, receivers })
+    }
+}
+
+impl LoadedScene<'_> {
+    /// Width of the map where the scene is a stack, which has no other size.
+    pub(crate) fn own_size(label: &str) -> Result<Option<u32>, EvaluationError> {
+        if !is_stack(label) {
+            return Ok(None);
+        }
+        match Source::load(label) {
+            Ok((Source::Stack(stack), _)) => Ok(Some(stack.width)),
+            Ok(_) => Ok(None),
+            Err(reason) => Err(EvaluationError::Value(format!("scene `{label}`: {reason}"))),
+        }
+    }
+
+    /// The shadow map of the same frame with the side divided; `None` for a stack, whose scene is unknown.
+    pub(crate) fn divided_map(
+        &self,
+        light: &LightView,
+        size: u32,
+        divisor: u32,
+    ) -> Result<Option<DepthMap>, EvaluationError> {
+        let Source::Scene(scene) = &self.source else { return Ok(None) };
+        let fail = |reason: String| {
+            EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
+        };
+        let whole = LightFrame::fit(scene, light.direction, size, size).map_err(|e| fail(e.to_string()))?;
+        let scale = f64::from(divisor);
+        let frame = LightFrame {
+            texels_per_unit: whole.texels_per_unit.map(|texels| texels / scale),
+            origin_texel: whole.origin_texel.map(|texel| texel / scale),
+            width: size / divisor,
+            height: size / divisor,
+            ..whole
+        };
+        let (stack, _) =
+            render_in_frame(scene, &frame, Backend::Cpu).map_err(|error| fail(error.to_string()))?;
+        depth_map(&stack).map(Some).map_err(|error| fail(error.to_string()))
+    }
+}
+
+fn is_stack(label: &str) -> bool {
+    Path::new(label).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
+}
+
+fn depth_map(stack: &ShadowMapStack) -> Result<DepthMap, FilteringError> {
+    let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
+    DepthMap::new(stack.width as usize, stack.height as usize, depths)
+}
+
+impl Source {
+    /// Reads a procedural scene, a scene file or a stack, with its views.
+    fn load(label: &str) -> Result<(Self, Vec<LightView>), String> {
+        let path = Path::new(label);
+        if is_stack(label) {
+            let stack = ShadowMapStack::load(path).map_err(|error| error.to_string())?;
+            // A stack's depth grows along its own axis.
+            let view = LightView { name: "stack".to_owned(), direction: [0.0, 0.0, 1.0] };
+            return Ok((Self::Stack(stack), vec![view]));
+        }
+        let scene = load_scene(label).map_err(|error| error.to_string())?;
+        let views = scene.views.clone();
+        Ok((Self::Scene(scene), views))
+    }
+
+    /// The stack of a view, with the view's texel depth.
+    fn stack(&self, light: &LightView, size: u32) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
+        match self {
+            Self::Scene(scene) => {
+                let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;
+                Ok((Cow::Owned(stack), texel_depth(&report.frame)))
+            }
+            Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack))),
+        }
+    }
+}
+
+/// The texel depth of a stack, which does not tell the size of its texels: the median length of its gradients, as if
+/// half of all surfaces were inclined by more than 45 degrees to the light.
+fn median_gradient(stack: &ShadowMapStack) -> f64 {
+    let mut lengths: Vec<f64> =
+        stack.gradients.iter().map(|g| f64::from(g[0]).hypot(f64::from(g[1]))).collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths.get(lengths.len() / 2).copied().unwrap_or_default()
+}
+
+impl View {
+    /// Renders and samples. `number` selects the stream of random numbers.
+    pub(crate) fn prepare(
+        experiment: &FilterableExperiment,
+        kernel: &Kernel,
+        scene: &LoadedScene<'_>,
+        light: &LightView,
+        number: usize,
+    ) -> Result<Self, EvaluationError> {
+        let Lit { stack, map, texel_depth, receivers } = scene.lit(light, experiment.size, kernel)?;
+        let stack = stack.as_ref();
+        let mut view = Self {
+            scene: scene.label.to_owned(),
+            name: light.name.clone(),
+            map,
+            texel_depth,
+            samples: Vec::new(),
+            receivers,
+            stack_entries: stack.fragments(),
+            layers: stack.layer_statistics().max,
+        };
+        let chosen = chosen(view.receivers.len(), experiment.fragments, experiment.seed, number);
+        let counter = SurfaceCounter::new(experiment.surface_gap, experiment.plane_limit)
+            .map_err(|error| EvaluationError::Value(error.to_string()))?;
+        let slopes = slopes(stack);
+        view.samples = chosen
+            .into_par_iter()
+            .map(|index| {
+                let receiver = view.receivers[index];
+                let surfaces = counter.count(&view.map, &slopes, kernel, receiver.x, receiver.y);
+                Sample { receiver, class: surfaces.clamp(1, CLASSES) - 1 }
+            })
+            .collect();
+        Ok(view)
+    }
+
+    /// Whether all fragments are evaluated.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.samples.len() == self.receivers.len()
+    }
+
+    /// The row of views.csv; `reference` is F of the samples.
+    pub(crate) fn record(&self, reference: &[f64]) -> ViewRecord {
+        let mut slopes: Vec<f64> = self.samples.iter().map(|s| s.receiver.slope(f64::INFINITY)).collect();
+        slopes.sort_by(f64::total_cmp);
+        ViewRecord {
+            scene: self.scene.clone(),
+            view: self.name.clone(),
+            stack_entries: self.stack_entries,
+            layers: self.layers,
+            fragments: self.receivers.len(),
+            sampled: self.samples.len(),
+            texel_depth: rounded(self.texel_depth),
+            median_slope: rounded(slopes[slopes.len() / 2]),
+            clamped_depths: self.map.clamped(),
+            mean_reference: rounded(reference.iter().sum::<f64>() / reference.len() as f64),
+        }
+    }
+}
+
+/// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own.
+fn texel_depth(frame: &LightFrame) -> f64 {
+    let [x, y] = frame.texels_per_unit;
+    1.0 / ((x * y).sqrt() * frame.depth_range)
+}
+
+fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {
+    let (width, height) = (stack.width as usize, stack.height as usize);
+    let mut receivers = Vec::new();
+    for y in 0..height {
+        for x in (0..width).filter(|&x| kernel.fits(width, height, x, y)) {
+            let layers = stack.layers(x as u32, y as u32).filter(|layer| layer.light_facing);
+            receivers.extend(layers.map(|layer| Receiver {
+                x,
+                y,
+                depth: f64::from(layer.depth),
+                gradient: layer.gradient.map(f64::from),
+            }));
+        }
+    }
+    receivers
+}
+
+/// |g_x| + |g_y| of layer 0; empty texels are flat.
+fn slopes(stack: &ShadowMapStack) -> Vec<f32> {
+    let slope = |w: &[u32]| {
+        let gradient = if w[0] < w[1] { stack.gradients[w[0] as usize] } else { [0.0; 2] };
+        gradient[0].abs() + gradient[1].abs()
+    };
+    stack.offsets.windows(2).map(slope).collect()
+}
+
+/// Ascending indices of `wanted` of `all` fragments, one at random from each of `wanted` equal parts; 0 takes all.
+pub(crate) fn chosen(all: usize, wanted: usize, seed: u64, stream: usize) -> Vec<usize> {
+    if wanted == 0 || wanted >= all {
+        return (0..all).collect();
+    }
+    let mut random = Random::new(seed, stream as u64, 0);
+    let pick = |i: usize| ((i as f64 + random.unit()) * all as f64 / wanted as f64) as usize;
+    let mut indices: Vec<usize> = (0..wanted).map(pick).map(|index| index.min(all - 1)).collect();
+    // Rounding at the seam of two parts could name a fragment twice.
+    indices.dedup();
+    indices
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn samples_ascend_are_spread_and_depend_on_seed_and_view() {
+        let indices = chosen(1000, 100, 1, 0);
+        assert_eq!(indices.len(), 100);
+        assert!(indices.windows(2).all(|w| w[0] < w[1]) && indices[99] < 1000);
+        assert!(indices.iter().enumerate().all(|(i, index)| index / 10 == i));
+        assert_eq!(indices, chosen(1000, 100, 1, 0));
+        assert_ne!(indices, chosen(1000, 100, 1, 1));
+        assert_ne!(indices, chosen(1000, 100, 2, 0));
+        assert_eq!(chosen(5, 0, 1, 0).len(), 5);
+        assert_eq!(chosen(5, 9, 1, 0).len(), 5);
+    }
+}

@@ -1,0 +1,274 @@
+//! The TOML keys of the kind `quantization`.
+
+use super::variant::Variant;
+use crate::error::EvaluationError;
+use crate::kinds::filterable::settings::{BiasSetting, in_key};
+use moment_problem::Basis;
+use quantization::{DepthInterval, Structure};
+use serde::{Deserialize, Serialize};
+use shadow_filtering::techniques::MomentBound;
+use shadow_filtering::{KernelSpec, Reference};
+
+/// The TOML keys of this kind, beside `kind` and `scale`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct QuantizationExperiment {
+    /// What is asked.
+    pub question: String,
+    /// What is expected, written before the first run.
+    pub expectation: String,
+    /// Seed of the sample of fragments and of the starts of the optimiser.
+    pub seed: u64,
+    /// Side of the square shadow map in texels.
+    pub size: u32,
+    /// Names of procedural scenes, or files.
+    pub scenes: Vec<String>,
+    /// Names of light views; empty for all of a scene.
+    #[serde(default)]
+    pub views: Vec<String>,
+    /// Fragments a view, spread evenly over all; 0 for all.
+    pub fragments: usize,
+    /// Kernels, spread evenly over all fragments, for which b* is to raise det B fastest.
+    pub workload: usize,
+    /// The filter.
+    pub kernel: KernelSpec,
+    /// Largest difference between the receiver's depth and its tangent plane at a tap.
+    pub plane_limit: f64,
+    /// Depth biases of F and of all techniques.
+    pub bias: BiasSetting,
+    /// Moment biases that are tried.
+    pub alphas: Alphas,
+    /// Points of the curves whose hulls are drawn (MSM15 Figure 5).
+    pub hull_points: usize,
+    /// Bins of the histograms of stored codes.
+    pub code_bins: usize,
+    /// Transforms that are optimised.
+    #[serde(default)]
+    pub gain: Vec<GainSetting>,
+    /// Ways to store moments.
+    #[serde(default)]
+    pub store: Vec<StoreSetting>,
+}
+
+/// Moment biases, the same number in every power of ten.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Alphas {
+    /// Least.
+    pub from: f64,
+    /// Largest, below 1.
+    pub to: f64,
+    /// Steps in a power of ten.
+    pub per_decade: usize,
+}
+
+/// One transform to be optimised.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct GainSetting {
+    /// The basis as on the command line.
+    pub basis: String,
+    /// Dense or even and odd rows.
+    #[serde(default)]
+    pub structure: StructureName,
+    /// Depths.
+    #[serde(default)]
+    pub range: RangeName,
+    /// Random starts; without it as many as the order needs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub starts: Option<usize>,
+}
+
+/// Structure of a transform.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StructureName {
+    /// Any matrix.
+    #[default]
+    Dense,
+    /// Rows even or odd about the middle.
+    Parity,
+}
+
+/// Depths that a basis is evaluated at.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RangeName {
+    /// From 0 to 1.
+    #[default]
+    Unit,
+    /// From -1 to 1.
+    Signed,
+}
+
+/// Where b* comes from.
+#[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum BiasTarget {
+    /// Raises det B fastest on the workload.
+    Fastest,
+    /// Half of the mass at each end of the depth range (MSM15 section 4.2).
+    Ends,
+    /// The values in circulation for this basis, range and format; nothing where there are none.
+    Circulated,
+}
+
+/// A bound in all combinations of the listed transforms and formats.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct StoreSetting {
+    /// What is computed from the stored moments.
+    pub bound: MomentBound,
+    /// Depths for `identity`, `plain` and `optimal`; published transforms have their own.
+    #[serde(default)]
+    pub range: RangeName,
+    /// `identity`, `plain` (each function stretched to \[0, 1\] by itself), `optimal`, or the name of a published one.
+    pub transforms: Vec<String>,
+    /// `unorm10`, `unorm16`, `f16`, `f32`, `u32/N`.
+    pub formats: Vec<String>,
+    /// Biases that are compared.
+    pub targets: Vec<BiasTarget>,
+    /// Another filter than the experiment's, for F as well; not larger.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kernel: Option<KernelSpec>,
+    /// The transform with which the others are compared, each at its own best bias.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baseline: Option<String>,
+    /// Whether stored codes are counted.
+    #[serde(default)]
+    pub codes: bool,
+}
+
+impl QuantizationExperiment {
+    /// Rejects values that make no sense, before anything is computed.
+    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+        let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
+        if !(1..=crate::kinds::filterable::settings::MAX_SIZE).contains(&self.size) {
+            let most = crate::kinds::filterable::settings::MAX_SIZE;
+            return fail("size", format!("size = {} is not between 1 and {most}", self.size));
+        }
+        for (key, value, least) in [
+            ("workload", self.workload, 1),
+            ("hull_points", self.hull_points, 2),
+            ("code_bins", self.code_bins, 2),
+            ("scenes", self.scenes.len(), usize::from(!self.store.is_empty())),
+        ] {
+            if value < least {
+                return fail(key, format!("{key}: {value} is less than {least}"));
+            }
+        }
+        self.alphas.check()?;
+        let kernel = self.kernel.build().map_err(in_key("kernel"))?;
+        if kernel.size() > self.size as usize {
+            let reason = format!("kernel.size = {} exceeds the map's size = {}", kernel.size(), self.size);
+            return fail("kernel.size", reason);
+        }
+        self.bias.reference.check().map_err(in_key("bias.reference"))?;
+        self.bias.technique.check().map_err(in_key("bias.technique"))?;
+        for (i, gain) in self.gain.iter().enumerate() {
+            let key = format!("gain[{i}].basis");
+            if let Err(error) = gain.basis.parse::<Basis>() {
+                return fail(&key, format!("basis = `{}`: {error}", gain.basis));
+            }
+            if gain.starts == Some(0) {
+                let key = format!("gain[{i}].starts");
+                return fail(&key, format!("{key} = 0 finds nothing"));
+            }
+        }
+        for (i, store) in self.store.iter().enumerate() {
+            let place = format!("store[{i}]");
+            for (key, empty) in [
+                ("transforms", store.transforms.is_empty()),
+                ("formats", store.formats.is_empty()),
+                ("targets", store.targets.is_empty()),
+            ] {
+                if empty {
+                    let key = format!("{place}.{key}");
+                    return fail(&key, format!("{key} is empty"));
+                }
+            }
+            if let Some(baseline) = store.baseline.as_ref().filter(|name| !store.transforms.contains(name)) {
+                let key = format!("{place}.baseline");
+                return fail(&key, format!("{key} = \"{baseline}\" is none of the transforms"));
+            }
+            let own = self.kernel_of(store).build().map_err(in_key(&format!("{place}.kernel")))?;
+            if own.size() > kernel.size() {
+                let key = format!("{place}.kernel.size");
+                let reason = format!("{key} = {} exceeds kernel.size = {}", own.size(), kernel.size());
+                return fail(&key, reason);
+            }
+        }
+        Variant::check(self)
+    }
+
+    /// The filter of a way to store moments.
+    pub(crate) fn kernel_of(&self, store: &StoreSetting) -> KernelSpec {
+        store.kernel.unwrap_or(self.kernel)
+    }
+
+    /// How F is computed.
+    pub(crate) fn reference(&self) -> Reference {
+        Reference { bias: self.bias.reference, plane_limit: self.plane_limit }
+    }
+}
+
+impl Alphas {
+    /// Rejects what is no scale between 0 and 1.
+    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+        let Self { from, to, per_decade } = *self;
+        if from > 0.0 && from <= to && to < 1.0 && per_decade > 0 {
+            return Ok(());
+        }
+        let reason = format!(
+            "alphas: from = {from}, to = {to}, per_decade = {per_decade} are no steps between 0 and 1"
+        );
+        Err(EvaluationError::Key { key: "alphas".to_owned(), reason })
+    }
+
+    /// All of them, ascending; the last is `to`.
+    pub fn values(&self) -> Vec<f64> {
+        let decades = (self.to / self.from).log10();
+        let steps = (decades * self.per_decade as f64).round() as usize;
+        let at = |i: usize| self.from * 10f64.powf(decades * i as f64 / steps.max(1) as f64);
+        (0..=steps).map(at).collect()
+    }
+}
+
+impl From<StructureName> for Structure {
+    fn from(name: StructureName) -> Self {
+        match name {
+            StructureName::Dense => Self::Dense,
+            StructureName::Parity => Self::Parity,
+        }
+    }
+}
+
+impl RangeName {
+    /// The depths.
+    pub fn interval(self) -> DepthInterval {
+        match self {
+            Self::Unit => DepthInterval::UNIT,
+            Self::Signed => DepthInterval::SIGNED,
+        }
+    }
+
+    /// Name in records.
+    pub fn of(interval: DepthInterval) -> String {
+        match interval {
+            DepthInterval::UNIT => "unit".to_owned(),
+            DepthInterval::SIGNED => "signed".to_owned(),
+            other => format!("{},{}", other.start(), other.end()),
+        }
+    }
+}
+
+impl BiasTarget {
+    /// Name in records.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fastest => "fastest",
+            Self::Ends => "ends",
+            Self::Circulated => "circulated",
+        }
+    }
+}

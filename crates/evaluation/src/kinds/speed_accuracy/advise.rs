@@ -1,0 +1,237 @@
+//! `msm advise`: the cheapest technique, format, bias and map size that meets a tolerance on a scene.
+
+use super::orders;
+use super::race::{CONFIDENCE, Estimate, Race};
+use super::records::OrderShare;
+use super::scenery::{Plan, Variant};
+use super::settings::SpeedAccuracyExperiment;
+use crate::error::EvaluationError;
+use crate::experiment::{Experiment, Kind, Scale};
+use crate::kinds::filterable::view::LoadedScene;
+use crate::run::{Progress, pool};
+use serde::Serialize;
+use std::path::Path;
+
+/// The experiment whose candidates are raced unless a file is given.
+pub const DEFAULT_CANDIDATES: &str = include_str!("../../../../../experiments/speed-accuracy.toml");
+
+/// What is asked.
+#[derive(Clone)]
+pub struct AdviceOptions<'a> {
+    /// A procedural name, a scene file, or a stack of `msm render`.
+    pub scene: &'a str,
+    /// Views of the scene; empty for all.
+    pub views: &'a [String],
+    /// Largest mean of |G - F| that is accepted, in (0, 1).
+    pub tolerance: f64,
+    /// Side of the reference's map; without it the experiment's.
+    pub size: Option<u32>,
+    /// Seed of the shuffle.
+    pub seed: Option<u64>,
+    /// An experiment of kind `speed-accuracy` with other candidates.
+    pub candidates: Option<&'a Path>,
+    /// Candidates decided, of all.
+    pub progress: Progress<'a>,
+}
+
+/// A technique with everything that has to be chosen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Choice {
+    /// Technique.
+    pub technique: String,
+    /// Number format.
+    pub format: String,
+    /// Affine transform of what is stored.
+    pub transform: String,
+    /// Moment bias; `None` for techniques without.
+    pub alpha: Option<f64>,
+    /// Depth bias in texel depths of the map.
+    pub bias_texels: f64,
+    /// Depth bias in slopes of the receiver.
+    pub bias_slopes: f64,
+    /// 0 for the lower bound, towards 1 for the upper.
+    pub beta: f64,
+    /// What shadows are divided by, subtracted from 1.
+    pub leak_reduction: f64,
+    /// Side of the shadow map in texels.
+    pub size: u32,
+    /// Texels of its filter kernel along a side.
+    pub kernel_size: usize,
+    /// Mean of |G - F| over the fragments seen.
+    pub l1_error: f64,
+    /// Lower end of its interval.
+    pub l1_error_low: f64,
+    /// Upper end.
+    pub l1_error_high: f64,
+    /// Fragments seen; with all of them the interval is a point.
+    pub fragments: usize,
+    /// Memory of a texel.
+    pub bits_per_texel: usize,
+    /// Memory of the filtered map.
+    pub map_bytes: u64,
+    /// Operations of decoding and shading a fragment.
+    pub operations: f64,
+    /// Modelled cost of a frame, 1 for the first candidate at the reference's size.
+    pub cost: f64,
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Advice {
+    /// The scene.
+    pub scene: String,
+    /// Its views that were looked at.
+    pub views: Vec<String>,
+    /// The tolerance.
+    pub tolerance: f64,
+    /// Side of the reference's map.
+    pub reference_size: u32,
+    /// Fragments of all views.
+    pub fragments: usize,
+    /// Probability that all intervals hold.
+    pub confidence: f64,
+    /// Combinations of technique, format, size and biases.
+    pub candidates: usize,
+    /// Share of the work of evaluating every technique, format and size on every fragment that was done.
+    pub evaluated_share: f64,
+    /// The cheapest that meets the tolerance; `None` if none does.
+    pub recommendation: Option<Choice>,
+    /// Of the cheaper ones, which do not meet it, the most accurate.
+    pub next_cheaper: Option<Choice>,
+    /// The cheapest that errs at least a tenth less; without a recommendation the most accurate of all.
+    pub next_better: Option<Choice>,
+    /// Moments and surfaces that the kernels need.
+    pub needs: Vec<OrderShare>,
+}
+
+/// Fragments that a technique in the answer has seen, at least.
+const SHOWN_FRAGMENTS: usize = 1 << 16;
+
+/// What is better errs at least a tenth less.
+const BETTER: f64 = 0.9;
+
+impl Advice {
+    /// Races the candidates on the scene, on so many threads; without a number one per logical core.
+    ///
+    /// # Errors
+    /// [`EvaluationError`] for a tolerance outside (0, 1), a scene or a file of candidates that cannot be read.
+    pub fn seek_on(options: &AdviceOptions<'_>, threads: Option<usize>) -> Result<Self, EvaluationError> {
+        let (_, pool) = pool(threads)?;
+        pool.install(|| Self::seek(options))
+    }
+
+    fn seek(options: &AdviceOptions<'_>) -> Result<Self, EvaluationError> {
+        let tolerance = options.tolerance;
+        if !(tolerance > 0.0 && tolerance < 1.0) {
+            return Err(EvaluationError::Value(format!("tolerance {tolerance} is not between 0 and 1")));
+        }
+        let experiment = experiment(options)?;
+        let plan = Plan::new(&experiment)?;
+        let views = plan.scenery()?;
+        let mut race = Race::new(&plan, &views);
+        let all = race.fragments() * race.arms.len();
+        let winner = race.run(tolerance, options.progress)?;
+        let (recommendation, next_cheaper, next_better) = match winner {
+            Some(winner) => {
+                race.extend(winner, SHOWN_FRAGMENTS)?;
+                let cheaper = least_error(&race, 0..winner);
+                let error = race.best_variant(winner).1.error;
+                let is_better = |arm: &usize| race.best_variant(*arm).1.error < BETTER * error;
+                let better = (winner + 1..race.arms.len()).find(is_better);
+                for neighbour in [cheaper, better].into_iter().flatten() {
+                    race.extend(neighbour, SHOWN_FRAGMENTS)?;
+                }
+                (Some(winner), cheaper, better)
+            }
+            None => {
+                // The most accurate may change as more is seen of it.
+                let mut best = least_error(&race, 0..race.arms.len());
+                while let Some(arm) = best.filter(|&arm| race.arms[arm].seen() < race.fragments()) {
+                    if race.arms[arm].seen() >= SHOWN_FRAGMENTS {
+                        break;
+                    }
+                    race.extend(arm, SHOWN_FRAGMENTS)?;
+                    best = least_error(&race, 0..race.arms.len());
+                }
+                (None, None, best)
+            }
+        };
+        let choice = |arm: Option<usize>| arm.map(|arm| choice(&plan, &race, arm));
+        let records: Vec<_> =
+            views.iter().enumerate().map(|(number, view)| orders::needed(&plan, view, number)).collect();
+        Ok(Self {
+            scene: options.scene.to_owned(),
+            views: views.iter().map(|view| view.view.clone()).collect(),
+            tolerance,
+            reference_size: experiment.size,
+            fragments: race.fragments(),
+            confidence: CONFIDENCE,
+            candidates: race.arms.iter().map(|arm| arm.variants.len()).sum(),
+            evaluated_share: race.evaluations as f64 / all.max(1) as f64,
+            recommendation: choice(recommendation),
+            next_cheaper: choice(next_cheaper),
+            next_better: choice(next_better),
+            needs: experiment.order_shares(&records),
+        })
+    }
+}
+
+fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, EvaluationError> {
+    let read = match options.candidates {
+        Some(path) => Experiment::read(path, Scale::Quick, options.seed)?,
+        None => Experiment::parse(
+            Path::new("speed-accuracy.toml"),
+            DEFAULT_CANDIDATES,
+            Scale::Quick,
+            options.seed,
+        )?,
+    };
+    let Kind::SpeedAccuracy(mut experiment) = read.kind else {
+        let reason = format!("experiment `{}` is not of kind \"speed-accuracy\"", read.name);
+        return Err(EvaluationError::Value(reason));
+    };
+    experiment.scenes = vec![options.scene.to_owned()];
+    experiment.views = options.views.to_vec();
+    let own = LoadedScene::own_size(options.scene)?;
+    if let Some(size) = options.size.or(own) {
+        experiment.size = size;
+        experiment.divisors.retain(|divisor| size.is_multiple_of(*divisor));
+    }
+    experiment.check()?;
+    Ok(*experiment)
+}
+
+fn least_error(race: &Race<'_>, arms: std::ops::Range<usize>) -> Option<usize> {
+    let error = |arm: usize| race.best_variant(arm).1.error;
+    arms.reduce(|a, b| if error(b) < error(a) { b } else { a })
+}
+
+fn choice(plan: &Plan<'_>, race: &Race<'_>, arm: usize) -> Choice {
+    let (variant, estimate) = race.best_variant(arm);
+    let Estimate { error, low, high, fragments } = estimate;
+    let (candidate, divisor) = (race.arms[arm].candidate, race.arms[arm].divisor);
+    let Variant { alpha, bias, blend, .. } = race.arms[arm].variants[variant];
+    let of = &plan.candidates[candidate];
+    let size = plan.experiment.size / plan.experiment.divisors[divisor];
+    let bits_per_texel = of.stored.bits_per_texel();
+    Choice {
+        technique: of.name.clone(),
+        format: of.format.clone(),
+        transform: plan.experiment.candidate[candidate].transform.clone(),
+        alpha,
+        bias_texels: bias.texels,
+        bias_slopes: bias.slopes,
+        beta: blend.beta,
+        leak_reduction: blend.leak_reduction,
+        size,
+        kernel_size: plan.kernels[divisor].size(),
+        l1_error: error,
+        l1_error_low: low,
+        l1_error_high: high,
+        fragments,
+        bits_per_texel,
+        map_bytes: u64::from(size).pow(2) * bits_per_texel as u64 / 8,
+        operations: of.operations,
+        cost: race.arms[arm].cost / plan.unit_cost(),
+    }
+}

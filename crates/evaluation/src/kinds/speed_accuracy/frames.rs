@@ -1,0 +1,231 @@
+//! Frame times on a graphics processor, as functions of map size, output size and kernel size (MSM15 Figure 7, GDC16).
+//!
+//! A software driver is not timed: its times say nothing about graphics processors. Whatever goes wrong ends the rows of the
+//! GPU and nothing else; gpu.csv says what it was.
+
+use super::records::{FrameSample, GpuRecord};
+use super::scenery::Plan;
+use super::settings::{FrameTiming, SpeedAccuracyExperiment};
+use crate::kinds::filterable::view::{LoadedScene, Source};
+use graphics_device::{DeviceError, GraphicsDevice};
+use quantization::NumberFormat;
+use shadow_filtering::{Kernel, PassShaders, comparison_shader};
+use std::time::Duration;
+
+use shadow_renderer::{FrameRenderer, FrameSettings, FrameShaders, RenderError, TexelFormat};
+
+/// Times and what they were measured on.
+pub(crate) struct FrameTimes {
+    pub(crate) samples: Vec<FrameSample>,
+    pub(crate) gpu: GpuRecord,
+}
+
+/// One point of the curves.
+#[derive(Clone, Copy, PartialEq)]
+struct Point {
+    map_size: u32,
+    output: [u32; 2],
+    kernel: usize,
+}
+
+impl FrameTiming {
+    /// The middle of everything, then each parameter on its own.
+    fn points(&self) -> Vec<Point> {
+        let first = Point { map_size: self.map_size, output: self.output, kernel: self.kernel };
+        let mut points = vec![first];
+        let sizes = self.map_sizes.iter().map(|&map_size| Point { map_size, ..first });
+        let outputs = self.outputs.iter().map(|&output| Point { output, ..first });
+        let kernels = self.kernels.iter().map(|&kernel| Point { kernel, ..first });
+        for point in sizes.chain(outputs).chain(kernels) {
+            if !points.contains(&point) {
+                points.push(point);
+            }
+        }
+        points
+    }
+}
+
+/// Standard deviation of MSM15's kernel for its size, and for others in proportion.
+fn gaussian(size: usize) -> Option<Kernel> {
+    Kernel::gaussian(size, 2.4 / 9.0 * size as f64).ok()
+}
+
+impl Plan<'_> {
+    /// Times every technique that a shader computes on the first scene and view.
+    pub(crate) fn frame_times(&self, timing: &FrameTiming) -> FrameTimes {
+        let mut gpu = GpuRecord::default();
+        let mut samples = Vec::new();
+        gpu.status = match self.timed(timing, &mut gpu, &mut samples, &|_| {}) {
+            Ok(()) => "timed".to_owned(),
+            Err(reason) => reason,
+        };
+        FrameTimes { samples, gpu }
+    }
+
+    fn timed(
+        &self,
+        timing: &FrameTiming,
+        gpu: &mut GpuRecord,
+        samples: &mut Vec<FrameSample>,
+        before_frames: &dyn Fn(&FrameRenderer),
+    ) -> Result<(), String> {
+        let adapter = &GraphicsDevice::shared().map_err(|error| format!("not timed: {error}"))?.name;
+        gpu.adapter = adapter.name.clone();
+        gpu.device_type = adapter.device_type.clone();
+        gpu.driver = adapter.driver.clone();
+        gpu.api = adapter.api.clone();
+        if adapter.device_type == "Cpu" && !timing.software {
+            return Err("not timed: only a software driver".to_owned());
+        }
+        let experiment = self.experiment;
+        let scenes = LoadedScene::load_all(&experiment.scenes[..1], &experiment.views)
+            .map_err(|error| error.to_string())?;
+        let Source::Scene(scene) = &scenes[0].source else {
+            return Err("not timed: a stack has no triangles".to_owned());
+        };
+        let stopped = |error: RenderError| format!("stopped: {error}");
+        let renderer = FrameRenderer::new(scene, scenes[0].lights[0].direction).map_err(stopped)?;
+        for point in timing.points() {
+            let Some(kernel) = gaussian(point.kernel) else { continue };
+            let settings = FrameSettings {
+                map_size: point.map_size,
+                width: point.output[0],
+                height: point.output[1],
+                samples: 4,
+                mip_maps: true,
+                bias: 0.002,
+                leak_reduction: 0.0,
+            };
+            let techniques = self.frame_shaders(&kernel);
+            let forwards = techniques.iter().collect::<Vec<_>>();
+            let order = |round: usize| {
+                let mut order = forwards.clone();
+                if round % 2 == 1 {
+                    order.reverse();
+                }
+                order.into_iter().map(move |technique| (round, technique))
+            };
+            for (round, (technique, format, shaders)) in (0..timing.rounds).flat_map(order) {
+                before_frames(&renderer);
+                let warm_up = Duration::from_millis(timing.warm_up_ms);
+                let passes = match renderer.time(shaders, &settings, warm_up, timing.frames) {
+                    Ok(passes) => passes,
+                    Err(error @ RenderError::Gpu(DeviceError::Lost(_))) => return Err(stopped(error)),
+                    // Others may still work, for example where this format cannot be filtered.
+                    Err(RenderError::Gpu(reason)) => {
+                        gpu.skipped += 1;
+                        gpu.last_skipped = format!("{technique} in {format}: {reason}");
+                        continue;
+                    }
+                    Err(error) => return Err(stopped(error)),
+                };
+                for pass in passes {
+                    for (index, time) in pass.times.iter().enumerate() {
+                        samples.push(FrameSample {
+                            technique: technique.clone(),
+                            format: format.clone(),
+                            map_size: point.map_size,
+                            width: point.output[0],
+                            height: point.output[1],
+                            kernel: point.kernel,
+                            pass: pass.pass.to_owned(),
+                            frame: round * timing.frames + index,
+                            time_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
+                        });
+                    }
+                }
+            }
+        }
+        if samples.is_empty() {
+            return Err("not timed: the adapter has no timestamps".to_owned());
+        }
+        Ok(())
+    }
+
+    fn frame_shaders(&self, kernel: &Kernel) -> Vec<(String, String, FrameShaders)> {
+        let candidates = self.candidates.iter().filter_map(|candidate| {
+            let passes = candidate.stored.passes(kernel, 4)?;
+            Some((candidate.name.clone(), candidate.format.clone(), shaders(passes)?))
+        });
+        let limit = self.experiment.plane_limit;
+        let reference = FrameShaders::Comparison { shade: comparison_shader(kernel, limit) };
+        let name = "PCF with receiver plane".to_owned();
+        candidates.chain([(name, "depth".to_owned(), reference)]).collect()
+    }
+}
+
+fn shaders(passes: PassShaders) -> Option<FrameShaders> {
+    let format = match passes.format {
+        NumberFormat::Unorm16 => TexelFormat::Unorm16,
+        NumberFormat::F16 => TexelFormat::F16,
+        NumberFormat::F32 => TexelFormat::F32,
+        NumberFormat::Unorm10 | NumberFormat::U32Fixed { .. } => return None,
+    };
+    let PassShaders { resolve, filter, halve, shade, textures, .. } = passes;
+    Some(FrameShaders::Prefiltered { resolve, filter, halve, shade, textures, format })
+}
+
+impl SpeedAccuracyExperiment {
+    /// What is wrong with the frames' settings.
+    pub(crate) fn check_frames(&self) -> Result<(), String> {
+        let Some(timing) = &self.frames else { return Ok(()) };
+        if timing.frames == 0 || timing.rounds == 0 {
+            return Err(format!("{} frames in {} rounds are none", timing.frames, timing.rounds));
+        }
+        for point in timing.points() {
+            if gaussian(point.kernel).is_none() {
+                return Err(format!("kernel size {} is not odd and at most 129", point.kernel));
+            }
+            if point.map_size == 0 || point.output.contains(&0) {
+                return Err("a map or an output has no texel".to_owned());
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::{Experiment, Kind, Scale};
+    use crate::kinds::speed_accuracy::DEFAULT_CANDIDATES;
+    use std::cell::Cell;
+    use std::path::Path;
+
+    #[test]
+    fn a_lost_device_ends_the_rows_of_the_gpu_and_nothing_else() {
+        let file = Path::new("speed-accuracy.toml");
+        let read = Experiment::parse(file, DEFAULT_CANDIDATES, Scale::Smoke, None).unwrap();
+        let Kind::SpeedAccuracy(experiment) = read.kind else { panic!("another kind") };
+        let plan = Plan::new(&experiment).unwrap();
+        let timing = FrameTiming {
+            map_size: 64,
+            output: [64, 64],
+            kernel: 3,
+            map_sizes: Vec::new(),
+            outputs: Vec::new(),
+            kernels: Vec::new(),
+            frames: 1,
+            rounds: 1,
+            warm_up_ms: 0,
+            software: true,
+        };
+        let (mut gpu, mut samples) = (GpuRecord::default(), Vec::new());
+        let frames = Cell::new(0);
+        let lose_third = |renderer: &FrameRenderer| {
+            frames.set(frames.get() + 1);
+            if frames.get() == 3 {
+                renderer.lose();
+            }
+        };
+        let stopped = plan.timed(&timing, &mut gpu, &mut samples, &lose_third).unwrap_err();
+        if GraphicsDevice::shared().is_err() {
+            assert!(stopped.starts_with("not timed: ") && gpu.adapter.is_empty(), "{stopped}");
+            assert!(samples.is_empty());
+            return;
+        }
+        assert!(stopped.starts_with("stopped: ") && stopped.contains("lost"), "{stopped}");
+        assert_eq!(frames.get(), 3);
+        assert!(samples.iter().all(|sample| sample.technique == experiment.candidate[0].name));
+    }
+}

@@ -1,0 +1,239 @@
+//! Light views of scenes with the shadow maps of all sizes, and their fragments.
+
+use super::candidate::Candidate;
+use super::settings::{Blend, SpeedAccuracyExperiment};
+use crate::error::EvaluationError;
+use crate::kinds::filterable::view::{LoadedScene, chosen};
+use rayon::prelude::*;
+use shadow_filtering::{DepthBias, DepthMap, FilteringError, Kernel, Position, Receiver};
+
+/// Filtering for one fragment alone costs as much as filtering this many times the kernel's size of texels of the whole
+/// map: with four channels in 16 bits and a 9x9 kernel 5.4 us a fragment and 125 ns a texel were measured, one core.
+const WHOLE_MAP: usize = 5;
+
+/// What does not depend on scenes.
+pub(crate) struct Plan<'a> {
+    pub(crate) experiment: &'a SpeedAccuracyExperiment,
+    pub(crate) candidates: Vec<Candidate>,
+    /// By divisor.
+    pub(crate) kernels: Vec<Kernel>,
+    /// The reference's.
+    pub(crate) kernel: Kernel,
+}
+
+/// A light view.
+pub(crate) struct SceneView {
+    pub(crate) scene: String,
+    pub(crate) view: String,
+    pub(crate) texel_depth: f64,
+    pub(crate) layers: u32,
+    /// All fragments, in texels of the largest map.
+    pub(crate) receivers: Vec<Receiver>,
+    /// The reference's map.
+    pub(crate) map: DepthMap,
+    /// By divisor; a stack from a file has only its own size.
+    pub(crate) maps: Vec<Option<DepthMap>>,
+}
+
+impl<'a> Plan<'a> {
+    pub(crate) fn new(experiment: &'a SpeedAccuracyExperiment) -> Result<Self, EvaluationError> {
+        let value = |error: FilteringError| EvaluationError::Value(format!("kernel: {error}"));
+        let candidates = experiment.candidate.iter().enumerate();
+        let divided = experiment.divisors.iter().map(|&divisor| {
+            SpeedAccuracyExperiment::divided(experiment.kernel, divisor).build().map_err(value)
+        });
+        Ok(Self {
+            experiment,
+            candidates: candidates
+                .map(|(i, setting)| Candidate::new(setting, experiment.seed, &format!("candidate[{i}]")))
+                .collect::<Result<_, _>>()?,
+            kernels: divided.collect::<Result<_, _>>()?,
+            kernel: experiment.kernel.build().map_err(value)?,
+        })
+    }
+
+    /// All views of all scenes.
+    pub(crate) fn scenery(&self) -> Result<Vec<SceneView>, EvaluationError> {
+        let experiment = self.experiment;
+        let scenes = LoadedScene::load_all(&experiment.scenes, &experiment.views)?;
+        let mut views = Vec::new();
+        for scene in &scenes {
+            for light in &scene.lights {
+                let lit = scene.lit(light, experiment.size, &self.kernel)?;
+                let (width, height, size) = (lit.map.width(), lit.map.height(), experiment.size as usize);
+                if (width, height) != (size, size) {
+                    let reason = format!(
+                        "scene `{}`: its map has {width}x{height} texels, where size = {size} needs {size}x{size}",
+                        scene.label
+                    );
+                    return Err(EvaluationError::Key { key: "size".to_owned(), reason });
+                }
+                let maps = experiment.divisors.iter().map(|&divisor| match divisor {
+                    1 => Ok(Some(lit.map.clone())),
+                    _ => scene.divided_map(light, experiment.size, divisor),
+                });
+                views.push(SceneView {
+                    scene: scene.label.to_owned(),
+                    view: light.name.clone(),
+                    texel_depth: lit.texel_depth,
+                    layers: lit.stack.layer_statistics().max,
+                    maps: maps.collect::<Result<_, EvaluationError>>()?,
+                    map: lit.map,
+                    receivers: lit.receivers,
+                });
+            }
+        }
+        Ok(views)
+    }
+
+    /// F of fragments of a view.
+    pub(crate) fn reference(&self, view: &SceneView, fragments: &[u32]) -> Vec<f32> {
+        let reference = self.experiment.reference_of();
+        let one = |&fragment: &u32| {
+            let receiver = &view.receivers[fragment as usize];
+            reference.intensity(&view.map, &self.kernel, receiver, view.texel_depth) as f32
+        };
+        fragments.par_iter().map(one).collect()
+    }
+
+    /// Variants of a candidate: moment biases times depth biases times blends, the blends in groups.
+    pub(crate) fn variants(&self, candidate: usize) -> Vec<Variant> {
+        let technique = &self.candidates[candidate];
+        let (biases, blends) = (&self.experiment.biases, &self.experiment.blends);
+        let pairs = technique.biased.iter().enumerate();
+        let pairs = pairs.flat_map(|(i, (alpha, _))| biases.iter().map(move |&bias| (i, *alpha, bias)));
+        let usable = |blend: &&Blend| technique.has_upper() || blend.beta == 0.0;
+        pairs
+            .flat_map(|(index, alpha, bias)| {
+                let all = blends.iter().filter(usable);
+                all.map(move |&blend| Variant { index, alpha, bias, blend })
+            })
+            .collect()
+    }
+
+    /// Sums of G - F over fragments of a view, for some variants of a candidate on a map.
+    pub(crate) fn sums(
+        &self,
+        (candidate, divisor): (usize, usize),
+        view: &SceneView,
+        (fragments, truth): (&[u32], &[f32]),
+        variants: &[Variant],
+    ) -> Result<Vec<Sums>, EvaluationError> {
+        let mut sums = vec![Sums::default(); variants.len()];
+        let Some(map) = &view.maps[divisor] else { return Ok(sums) };
+        let kernel = &self.kernels[divisor];
+        let technique = &self.candidates[candidate];
+        let whole = if fragments.len() * kernel.size() * WHOLE_MAP >= map.depths().len() {
+            let fail = |error: FilteringError| {
+                EvaluationError::Value(format!("candidate `{}`: {error}", technique.name))
+            };
+            Some(technique.stored.filtered(map, kernel).map_err(fail)?)
+        } else {
+            None
+        };
+        let scale = f64::from(self.experiment.divisors[divisor]);
+        let limit = self.experiment.plane_limit;
+        let of_chunk = |(fragments, truth): (&[u32], &[f32])| {
+            let mut sums = vec![Sums::default(); variants.len()];
+            let (mut sample, mut moments) =
+                (vec![0.0; technique.channels()], vec![0.0; technique.channels()]);
+            for (&fragment, &truth) in fragments.iter().zip(truth) {
+                let receiver = &view.receivers[fragment as usize];
+                let centre = |texel: usize| (texel as f64 + 0.5) / scale;
+                let at = Position { x: centre(receiver.x), y: centre(receiver.y) };
+                match &whole {
+                    Some(filtered) => technique.stored.sample(filtered, at, &mut sample),
+                    None => technique.stored.sample_unfiltered(map, kernel, at, &mut sample),
+                }
+                technique.stored.decode(&sample, &mut moments);
+                let own = Receiver { gradient: receiver.gradient.map(|slope| slope * scale), ..*receiver };
+                let mut last: Option<(&Variant, [f32; 2])> = None;
+                for (sums, variant) in sums.iter_mut().zip(variants) {
+                    // The bounds of the variant before serve for all its blends.
+                    let pair = match last {
+                        Some((before, pair)) if before.shares_bounds(variant) => pair,
+                        _ => {
+                            let bias = variant.bias.depth(&own, view.texel_depth * scale, limit);
+                            technique.bounds(&moments, variant.index, (receiver.depth - bias) as f32)
+                        }
+                    };
+                    last = Some((variant, pair));
+                    sums.push(variant.blend.apply(pair) - truth);
+                }
+            }
+            sums
+        };
+        // Sums of chunks of a fixed size are added in order: they do not depend on the number of threads.
+        let chunks: Vec<Vec<Sums>> =
+            fragments.par_chunks(CHUNK).zip(truth.par_chunks(CHUNK)).map(of_chunk).collect();
+        for chunk in &chunks {
+            sums.iter_mut().zip(chunk).for_each(|(sums, more)| sums.add(more));
+        }
+        Ok(sums)
+    }
+}
+
+/// Fragments whose errors one task sums up.
+const CHUNK: usize = 512;
+
+/// Sums of the errors of fragments.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Sums {
+    pub(crate) count: usize,
+    /// Of |G - F|.
+    pub(crate) magnitude: f64,
+    /// Of (G - F)^2.
+    pub(crate) square: f64,
+    /// Of G - F.
+    pub(crate) signed: f64,
+}
+
+impl Sums {
+    pub(crate) fn push(&mut self, error: f32) {
+        let error = f64::from(error);
+        self.count += 1;
+        self.magnitude += error.abs();
+        self.square += error * error;
+        self.signed += error;
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.count += other.count;
+        self.magnitude += other.magnitude;
+        self.square += other.square;
+        self.signed += other.signed;
+    }
+
+    /// Mean of |G - F|; 0 for no fragments.
+    pub(crate) fn mean(&self) -> f64 {
+        self.magnitude / self.count.max(1) as f64
+    }
+
+    /// Standard deviation of |G - F|.
+    pub(crate) fn deviation(&self) -> f64 {
+        (self.square / self.count.max(1) as f64 - self.mean().powi(2)).max(0.0).sqrt()
+    }
+}
+
+/// The free parameters of a technique in a format.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Variant {
+    /// Place of the moment bias.
+    pub(crate) index: usize,
+    pub(crate) alpha: Option<f64>,
+    pub(crate) bias: DepthBias,
+    pub(crate) blend: Blend,
+}
+
+impl Variant {
+    fn shares_bounds(&self, other: &Self) -> bool {
+        self.index == other.index && self.bias == other.bias
+    }
+}
+
+impl SceneView {
+    /// A sample of fragments, spread evenly; 0 for all.
+    pub(crate) fn sample(&self, wanted: usize, seed: u64, stream: usize) -> Vec<u32> {
+        chosen(self.receivers.len(), wanted, seed, stream).into_iter().map(|index| index as u32).collect()
+    }
+}

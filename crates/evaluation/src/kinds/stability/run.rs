@@ -1,0 +1,263 @@
+//! From an experiment to its tables.
+
+use super::cell::{Failure, Outcome, PIVOT_ORDERS, Plan, Worst};
+use super::family::{Draw, Input, Moments};
+use super::method::{Prepared, Start};
+use super::records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, WorstRecord};
+use super::scenes;
+use super::settings::{Shape, StabilityExperiment, StabilityFamily};
+use crate::error::EvaluationError;
+use crate::kernel::Random;
+use crate::run::{Progress, Recorded};
+use crate::run_directory::RecordedFile;
+use moment_problem::arithmetic::{DoubleDouble, Real};
+use rayon::prelude::*;
+use shadow_filtering::techniques::MomentBound;
+use std::fmt::Write as _;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+impl StabilityExperiment {
+    /// Evaluates all cells of all families in parallel, then times the methods alone.
+    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
+        let plan = self.plan()?;
+        let (fragments, views) = scenes::inputs(self)?;
+        let (done, cells) = (AtomicUsize::new(0), self.cells * self.cells);
+        let mut tables = Tables::default();
+        for (index, family) in self.family.iter().enumerate() {
+            let by_cell = self.by_cell(family, &fragments);
+            let outcomes: Vec<Outcome> = (0..cells)
+                .into_par_iter()
+                .map(|cell| {
+                    let outcome = self.cell(&plan, index, cell, &by_cell);
+                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, cells * self.family.len());
+                    outcome
+                })
+                .collect();
+            tables.add(self, &plan, index, &outcomes);
+        }
+        let samples = self.time(&plan)?;
+        let trials = tables.records.len();
+        let files = vec![
+            RecordedFile::csv("records.csv", &tables.records)?,
+            RecordedFile::csv("cells.csv", &tables.cells)?,
+            RecordedFile::csv("worst.csv", &tables.worst)?,
+            RecordedFile::csv("checks.csv", &tables.checks)?,
+            RecordedFile::csv("pivots.csv", &tables.pivots)?,
+            RecordedFile::csv("views.csv", &views)?,
+            RecordedFile::csv("samples.csv", &samples)?,
+        ];
+        Ok(Recorded { files, trials, failed: 0, complete: true })
+    }
+
+    fn plan(&self) -> Result<Plan, EvaluationError> {
+        let methods: Vec<Prepared> = self
+            .method
+            .iter()
+            .enumerate()
+            .map(|(i, method)| Prepared::new(method, i))
+            .collect::<Result<_, _>>()?;
+        let alphas = |method: &Prepared| {
+            let others = [0.0].into_iter().chain(self.alphas.values());
+            [method.alpha].into_iter().chain(others.filter(|&alpha| alpha != method.alpha)).collect()
+        };
+        let first_like = |(i, method): (usize, &Prepared)| {
+            methods[..i].iter().position(|other| other.same_problem(method)).unwrap_or(i)
+        };
+        Ok(Plan {
+            alphas: methods.iter().map(alphas).collect(),
+            problems: methods.iter().enumerate().map(first_like).collect(),
+            methods,
+        })
+    }
+
+    /// The fragments in each cell of a family of shape `scenes`; nothing for others.
+    fn by_cell<'a>(&self, family: &StabilityFamily, fragments: &'a [Input]) -> Vec<Vec<&'a Input>> {
+        let mut cells = vec![Vec::new(); self.cells * self.cells];
+        if family.shape == Shape::Scenes {
+            for input in fragments {
+                let (x, y) = scenes::knobs(input);
+                let place = family.y.cell(y, self.cells) * self.cells + family.x.cell(x, self.cells);
+                cells[place].push(input);
+            }
+        }
+        cells
+    }
+
+    fn cell(&self, plan: &Plan, family: usize, cell: usize, fragments: &[Vec<&Input>]) -> Outcome {
+        let mut outcome = Outcome::new(plan);
+        let settings = &self.family[family];
+        if settings.shape == Shape::Scenes {
+            for input in &fragments[cell] {
+                outcome.evaluate(plan, input);
+                outcome.check(plan, input);
+            }
+            return outcome;
+        }
+        let mut draw = Draw(Random::new(self.seed, family as u64, cell as u64));
+        let next = |draw: &mut Draw| {
+            let place = |index: usize, fraction: f64| (index as f64 + fraction) / self.cells as f64;
+            let x = settings.x.at(place(cell % self.cells, draw.0.unit()));
+            let y = settings.y.at(place(cell / self.cells, draw.0.unit()));
+            draw.input(settings.shape, x, y)
+        };
+        for _ in 0..self.draws {
+            outcome.evaluate(plan, &next(&mut draw));
+        }
+        for _ in 0..self.checked {
+            outcome.check(plan, &next(&mut draw));
+        }
+        outcome
+    }
+
+    /// Methods in turns, so that all see the same machine.
+    fn time(&self, plan: &Plan) -> Result<Vec<StabilitySample>, EvaluationError> {
+        let Some(family) = self.family.iter().find(|family| family.shape != Shape::Scenes) else {
+            return Ok(Vec::new());
+        };
+        let mut draw = Draw(Random::new(self.seed, u64::MAX, 0));
+        let inputs: Vec<(Input, Moments<DoubleDouble>)> = (0..self.timing.inputs)
+            .map(|_| {
+                let (x, y) = (family.x.at(draw.0.unit()), family.y.at(draw.0.unit()));
+                let input = draw.input(family.shape, x, y);
+                let moments = Moments::exact(&input);
+                (input, moments)
+            })
+            .collect();
+        let mut samples = Vec::new();
+        for repetition in 0..self.timing.repetitions {
+            for (method, settings) in plan.methods.iter().zip(&self.method) {
+                let ready: Vec<_> = inputs
+                    .iter()
+                    .map(|(input, moments)| {
+                        let b = method.moments(moments);
+                        (method.stored(b), b.map(Real::to_f64), method.depth(input))
+                    })
+                    .collect();
+                let begin = Instant::now();
+                for (stored, plain, z_f) in &ready {
+                    let start = stored.as_ref().map_or(Start::Plain(plain), Start::Stored);
+                    std::hint::black_box(method.answer(std::hint::black_box(start), *z_f, method.alpha));
+                }
+                let elapsed = begin.elapsed();
+                samples.push(StabilitySample {
+                    method: settings.name.clone(),
+                    repetition,
+                    bounds: ready.len(),
+                    time_ns: u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX),
+                });
+            }
+        }
+        Ok(samples)
+    }
+}
+
+#[derive(Default)]
+struct Tables {
+    records: Vec<StabilityRecord>,
+    cells: Vec<CellRecord>,
+    worst: Vec<WorstRecord>,
+    checks: Vec<CheckRecord>,
+    pivots: Vec<PivotRecord>,
+}
+
+/// Three digits.
+fn short(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+impl Tables {
+    fn add(&mut self, experiment: &StabilityExperiment, plan: &Plan, family: usize, outcomes: &[Outcome]) {
+        let name = &experiment.family[family].name;
+        let mut whole = Outcome::new(plan);
+        for (cell, outcome) in outcomes.iter().enumerate() {
+            whole.merge(outcome);
+            for (i, method) in experiment.method.iter().enumerate() {
+                let tally = &outcome.tallies[i][0];
+                if method.atlas && tally.inputs > 0 {
+                    self.cells.push(CellRecord {
+                        method: i,
+                        family,
+                        x: cell % experiment.cells,
+                        y: cell / experiment.cells,
+                        inputs: tally.inputs,
+                        error_max: format!("{:.1e}", tally.error_max).parse().unwrap_or(tally.error_max),
+                        not_finite: tally.not_finite,
+                        visible: tally.visible,
+                    });
+                }
+            }
+        }
+        for (i, method) in experiment.method.iter().enumerate() {
+            for (step, &alpha) in plan.alphas[i].iter().enumerate() {
+                let tally = &whole.tallies[i][step];
+                self.records.push(StabilityRecord {
+                    method: method.name.clone(),
+                    family: name.clone(),
+                    alpha: short(alpha),
+                    recommended: step == 0,
+                    inputs: tally.inputs,
+                    not_finite: tally.not_finite,
+                    outside: tally.outside,
+                    violated: tally.violated,
+                    visible: tally.visible,
+                    largest_excess: short(tally.largest_excess),
+                    error_median: short(tally.errors.quantile(0.5)),
+                    error_999: short(tally.errors.quantile(0.999)),
+                    error_max: short(tally.error_max),
+                    mean_loss: short(tally.loss_sum / tally.losses_known.max(1) as f64),
+                    loss_99: short(tally.losses.quantile(0.99)),
+                    error: String::new(),
+                });
+            }
+            for (worst, failure) in whole.worst[i].iter().zip(Failure::ALL) {
+                self.worst.extend(worst.as_ref().map(|worst| WorstRecord {
+                    method: method.name.clone(),
+                    family: name.clone(),
+                    failure: failure.name().to_owned(),
+                    value: worst.value,
+                    exact_biased: worst.exact_biased,
+                    exact: worst.exact,
+                    mass_before: worst.input.mass_before(),
+                    command: command(method.bound, worst),
+                }));
+            }
+            if plan.methods[i].is_checked() {
+                let check = &whole.checks[i];
+                self.checks.push(CheckRecord {
+                    method: method.name.clone(),
+                    family: name.clone(),
+                    inputs: check.inputs,
+                    not_finite: check.not_finite,
+                    outside: check.outside,
+                    violated: check.violated,
+                    largest_excess: short(check.largest_excess),
+                });
+            }
+        }
+        for (histogram, order) in whole.pivots.iter().zip(PIVOT_ORDERS) {
+            self.pivots.push(PivotRecord {
+                family: name.clone(),
+                order,
+                inputs: whole.tallies.first().map_or(0, |tallies| tallies[0].inputs),
+                below_1e3: short(histogram.share_below(-3)),
+                below_1e6: short(histogram.share_below(-6)),
+                below_1e9: short(histogram.share_below(-9)),
+                median: short(histogram.quantile(0.5)),
+            });
+        }
+    }
+}
+
+/// The command line that prints the exact bound of an input.
+fn command(bound: MomentBound, worst: &Worst) -> String {
+    let (basis, interval) = (bound.basis_name(), bound.interval());
+    let mut text = format!("msm bound --basis {basis} --interval {interval} --atoms ");
+    for (i, (z, w)) in worst.input.atoms.iter().enumerate() {
+        let comma = if i > 0 { "," } else { "" };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{comma}{z}:{w}");
+    }
+    let _ = write!(text, " --depth {}", worst.input.z_f);
+    text
+}

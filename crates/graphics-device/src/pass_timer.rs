@@ -1,0 +1,67 @@
+//! GPU timestamps around passes.
+
+use std::time::Duration;
+
+use crate::{DeviceError, GraphicsDevice};
+
+/// Timestamps at the beginning and end of each pass.
+pub struct PassTimer {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    nanoseconds: f64,
+}
+
+impl PassTimer {
+    /// For so many passes at most; `None` where the device has no timestamps.
+    pub fn new(gpu: &GraphicsDevice, passes: u32) -> Option<Self> {
+        if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return None;
+        }
+        let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("passes"),
+            ty: wgpu::QueryType::Timestamp,
+            count: 2 * passes,
+        });
+        let usage = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let resolved = gpu.buffer("timestamps", u64::from(2 * passes) * 8, usage);
+        Some(Self { queries, resolved, nanoseconds: f64::from(gpu.queue.get_timestamp_period()) })
+    }
+
+    /// What to write around pass `pass`.
+    pub fn writes(&self, pass: u32) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
+    /// For the first of several passes that count as one.
+    pub fn begin_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..writes }
+    }
+
+    /// For the last of several passes that count as one.
+    pub fn end_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..writes }
+    }
+
+    /// Makes the timestamps of the first `passes` passes readable, and of no others: a driver may wait for ever for a timestamp that nothing writes.
+    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder, passes: usize) {
+        encoder.resolve_query_set(&self.queries, 0..2 * passes as u32, &self.resolved, 0);
+    }
+
+    /// Time of each pass, and last that from the first beginning to the last end.
+    ///
+    /// # Errors
+    /// [`DeviceError::Failed`] where reading back fails.
+    pub fn read(&self, gpu: &GraphicsDevice, passes: usize) -> Result<Vec<Duration>, DeviceError> {
+        let stamps: Vec<u64> = gpu.read(&self.resolved, 0, 2 * passes as u64 * 8)?;
+        let time = |from: usize, to: usize| {
+            let ticks = stamps[to].saturating_sub(stamps[from]);
+            Duration::from_nanos((ticks as f64 * self.nanoseconds) as u64)
+        };
+        let whole = time(0, 2 * passes - 1);
+        Ok((0..passes).map(|pass| time(2 * pass, 2 * pass + 1)).chain([whole]).collect())
+    }
+}

@@ -1,0 +1,17 @@
+//! Bounds with evidence: closed forms, the exchange simplex and the linear program behind one interface.
+
+mod bounds;
+mod closed_form;
+mod exact_line;
+mod hamburger;
+mod hermite;
+mod linear_program;
+mod semi_infinite;
+
+pub use bounds::{Bounds, Certificate, Interval, LowerBound};
+pub use closed_form::{Hausdorff4, Markov, Trigonometric4, closed_form};
+pub use hamburger::{Chebyshev, Hamburger};
+pub(crate) use linear_program::ask;
+pub use linear_program::{LinearProgram, LpSolver};
+pub use semi_infinite::{CERTIFIED_GAP, ExchangeSimplex, FEASIBILITY_TOLERANCE, PreparedBasis};
+pub(crate) use semi_infinite::{Column, FiniteProgram};

@@ -1,0 +1,196 @@
+//! The closed forms that shadow maps use, as one type that answers for itself.
+
+use super::hamburger::{Pair, hamburger, hamburger4};
+use super::hausdorff::hausdorff4;
+use super::textbook;
+use super::trigonometric::trigonometric4;
+use crate::arithmetic::{DoubleDouble, Real};
+use crate::basis::Basis;
+use crate::certified::Interval;
+use serde::{Deserialize, Serialize};
+
+/// Which moments and which prior knowledge of depth; in TOML by its name in lower case, such as `hamburger4`.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MomentBound {
+    /// Mean and second moment on the line: Cantelli's inequality, as for variance shadow maps.
+    Hamburger2,
+    /// Four power moments on the line.
+    Hamburger4,
+    /// Six.
+    Hamburger6,
+    /// Eight.
+    Hamburger8,
+    /// Four power moments on \[0, 1\].
+    Hausdorff4,
+    /// Sine and cosine of 2 pi z and 4 pi z on \[0, 1\].
+    Trigonometric4,
+}
+
+/// What distinguishes the bounds, stated once.
+struct Facts {
+    name: &'static str,
+    order: usize,
+    basis: &'static str,
+    interval: Interval,
+    double_bias: f64,
+    single_bias: f64,
+    centre: &'static [f64],
+}
+
+/// Moments of the arcsine distribution on \[-1, 1\].
+const ARCSINE_SIGNED: [f64; 8] = [0.0, 0.5, 0.0, 0.375, 0.0, 0.3125, 0.0, 0.2734375];
+
+/// Moments of the arcsine distribution on \[0, 1\].
+const ARCSINE_UNIT: [f64; 4] = [0.5, 0.375, 0.3125, 0.2734375];
+
+impl MomentBound {
+    /// Most moments of any of them.
+    pub const MAX_ORDER: usize = 8;
+
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Hamburger2,
+        Self::Hamburger4,
+        Self::Hamburger6,
+        Self::Hamburger8,
+        Self::Hausdorff4,
+        Self::Trigonometric4,
+    ];
+
+    #[inline]
+    fn facts(self) -> Facts {
+        let line = |name, order, basis, double_bias, single_bias| {
+            let centre = &ARCSINE_SIGNED[..order];
+            Facts { name, order, basis, interval: Interval::Real, double_bias, single_bias, centre }
+        };
+        let unit = |name, basis, centre| {
+            let (double_bias, single_bias) = (1e-9, 1e-5);
+            Facts { name, order: 4, basis, interval: Interval::Unit, double_bias, single_bias, centre }
+        };
+        match self {
+            Self::Hamburger2 => line("Hamburger 2", 2, "power:2", 1e-9, 5e-7),
+            Self::Hamburger4 => line("Hamburger 4", 4, "power:4", 1e-9, 5e-7),
+            Self::Hamburger6 => line("Hamburger 6", 6, "power:6", 1e-9, 5e-6),
+            Self::Hamburger8 => line("Hamburger 8", 8, "power:8", 1e-8, 5e-5),
+            Self::Hausdorff4 => unit("Hausdorff 4", "power:4", &ARCSINE_UNIT),
+            Self::Trigonometric4 => unit("Trigonometric 4", "trig:2", &[0.0; 4]),
+        }
+    }
+
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        self.facts().name
+    }
+
+    /// Number m of moments.
+    pub fn order(self) -> usize {
+        self.facts().order
+    }
+
+    /// The basis whose moments are bounded.
+    pub fn basis(self) -> Basis {
+        if self.is_trigonometric() { Basis::trigonometric(2) } else { Basis::power(self.order()) }
+    }
+
+    /// The basis as it is spelled in TOML and on the command line.
+    pub fn basis_name(self) -> &'static str {
+        self.facts().basis
+    }
+
+    /// The admissible values of the variable. A bound on the line is invariant under affine maps of depth (MSM15
+    /// section 4); one on \[0, 1\] needs depths from 0 to 1.
+    pub fn interval(self) -> Interval {
+        self.facts().interval
+    }
+
+    /// Whether the moments are those of sines and cosines instead of powers.
+    pub fn is_trigonometric(self) -> bool {
+        self == Self::Trigonometric4
+    }
+
+    /// Distributions of so many depths are determined by their moments (MSM15 Proposition 4).
+    pub fn determined_depths(self) -> usize {
+        self.order() / 2
+    }
+
+    /// Bias that double precision needs. A kernel of one or two depths lies on the boundary of the cone of moments,
+    /// where rounding, some 1e-16, is amplified by 1 / alpha; the bias itself adds alpha to G at most. The values keep
+    /// both far below what matters.
+    pub fn double_precision_bias(self) -> f64 {
+        self.facts().double_bias
+    }
+
+    /// Bias that moments stored in single precision need: the least at which the bound held on hard inputs of
+    /// `experiments/stability.toml`, or for the two bounds on \[0, 1\] all but held.
+    pub fn single_precision_bias(self) -> f64 {
+        self.facts().single_bias
+    }
+
+    /// b*, towards which biased moments move: those of the arcsine distribution, or of the uniform one for sines and
+    /// cosines, which lie deep inside the cone of moments.
+    pub fn centre(self) -> &'static [f64] {
+        self.facts().centre
+    }
+
+    /// The variable whose functions are best stored, at a depth in \[0, 1\]: s = 2 z - 1 where the bound allows it, since
+    /// powers of s lose fewer digits, else z.
+    pub fn variable<R: Real>(self, depth: R) -> R {
+        match self.interval() {
+            Interval::Real => depth + depth - R::one(),
+            Interval::Unit => depth,
+        }
+    }
+
+    /// b at a depth in \[0, 1\], as functions of [`MomentBound::variable`]; `out` holds [`MomentBound::order`] values.
+    pub fn evaluate<R: Real>(self, depth: R, out: &mut [R]) {
+        let x = self.variable(depth);
+        if self.is_trigonometric() {
+            let angle = R::from_double_double(DoubleDouble::pi()) * (x + x);
+            let (sine, cosine) = (angle.sin(), angle.cos());
+            let product = sine * cosine;
+            out.copy_from_slice(&[sine, cosine, product + product, (cosine - sine) * (cosine + sine)]);
+            return;
+        }
+        let mut power = R::one();
+        for value in out {
+            power = power * x;
+            *value = power;
+        }
+    }
+
+    /// The bound of the first [`MomentBound::order`] moments at a depth in the moments' own variable: any affine map
+    /// of depth for the bounds on the line, depth in \[0, 1\] for the others.
+    ///
+    /// # Panics
+    /// For fewer moments.
+    pub fn bounds<R: Real>(self, moments: &[R], z_f: R) -> Pair<R> {
+        match self {
+            Self::Hamburger2 => hamburger(&leading::<R, 2>(moments), z_f),
+            Self::Hamburger4 => hamburger4(&leading(moments), z_f),
+            Self::Hamburger6 => hamburger(&leading::<R, 6>(moments), z_f),
+            Self::Hamburger8 => hamburger(&leading::<R, 8>(moments), z_f),
+            Self::Hausdorff4 => hausdorff4(&leading(moments), z_f),
+            Self::Trigonometric4 => trigonometric4(&leading(moments), z_f),
+        }
+    }
+
+    /// The lower bound as the papers compute it, where they print an algorithm; `None` also where it fails.
+    ///
+    /// # Panics
+    /// For fewer moments.
+    pub fn textbook<R: Real>(self, moments: &[R], z_f: R) -> Option<R> {
+        match self {
+            Self::Hamburger2 => textbook::hamburger(&leading::<R, 2>(moments), z_f),
+            Self::Hamburger4 => textbook::hamburger4(&leading(moments), z_f),
+            Self::Hamburger6 => textbook::hamburger(&leading::<R, 6>(moments), z_f),
+            Self::Hamburger8 => textbook::hamburger(&leading::<R, 8>(moments), z_f),
+            Self::Hausdorff4 => textbook::hausdorff4(&leading(moments), z_f),
+            Self::Trigonometric4 => None,
+        }
+    }
+}
+
+fn leading<R: Real, const M: usize>(moments: &[R]) -> [R; M] {
+    std::array::from_fn(|k| moments[k])
+}

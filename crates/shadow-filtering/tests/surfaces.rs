@@ -1,0 +1,110 @@
+//! G <= F for kernels of one to three flat surfaces with and without the far plane, the commonest of all, with the fragment at and
+//! next to a surface: every technique that calls itself a bound, in double precision.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use shadow_filtering::{MomentOptions, StorageFormat, Technique, TechniqueSpec};
+
+/// Excess that is no violation, besides the bias: the project's tolerance for bounds.
+const TOLERANCE: f64 = 1e-6;
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+}
+
+/// Depths with weights, and z_f: at one of them, 1e-12 to 1e-3 beside it, or anywhere.
+fn kernel(random: &mut Random) -> (Vec<(f64, f64)>, f64) {
+    let surfaces = 1 + random.below(3);
+    let mut atoms: Vec<(f64, f64)> = (0..surfaces).map(|_| (random.unit(), 0.01 + random.unit())).collect();
+    let light = |random: &mut Random| 10f64.powf(-4.0 * random.unit());
+    if random.below(4) == 0 {
+        atoms.iter_mut().for_each(|atom| atom.1 = light(random));
+    }
+    if random.below(2) == 0 {
+        let weight = if random.below(4) == 0 { light(random) } else { 0.01 + random.unit() };
+        atoms.push((1.0, weight));
+    }
+    let sum: f64 = atoms.iter().map(|atom| atom.1).sum();
+    atoms.iter_mut().for_each(|atom| atom.1 /= sum);
+    let near = atoms[random.below(atoms.len())].0;
+    let side = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let z_f = match random.below(4) {
+        0 => near,
+        1 => random.unit(),
+        _ => near + side * 10f64.powf(-12.0 + 9.0 * random.unit()),
+    };
+    (atoms, z_f.clamp(0.0, 1.0))
+}
+
+/// Every bound that is computed by a closed form, with the bias that it adds to F at most.
+fn bounds() -> Vec<(Box<dyn Technique>, f64)> {
+    let moments = MomentOptions::default();
+    let format = StorageFormat::F32;
+    let specs = [
+        (TechniqueSpec::Vsm {}, 0.0),
+        (TechniqueSpec::Esm { exponent: 80.0, format }, 0.0),
+        (TechniqueSpec::Evsm { positive: 40.0, negative: None, format }, 0.0),
+        (TechniqueSpec::Evsm { positive: 40.0, negative: Some(5.0), format }, 0.0),
+        (TechniqueSpec::Lvsm { layers: 4 }, 0.0),
+        (TechniqueSpec::Hamburger2(moments), 1e-9),
+        (TechniqueSpec::Hamburger4(moments), 1e-9),
+        (TechniqueSpec::Hamburger6(moments), 1e-9),
+        (TechniqueSpec::Hamburger8(moments), 1e-8),
+        (TechniqueSpec::Hausdorff4(moments), 1e-9),
+        (TechniqueSpec::Trigonometric4(moments), 1e-9),
+    ];
+    let build = |(spec, alpha): (TechniqueSpec, f64)| (spec.build().unwrap(), alpha);
+    specs.into_iter().map(build).filter(|(technique, _)| technique.is_lower_bound()).collect()
+}
+
+/// `MSM_SURFACES` sets the number of kernels.
+#[test]
+fn flat_surfaces_are_not_shadowed_by_rounding() {
+    let count = std::env::var("MSM_SURFACES").map_or(100_000, |count| count.parse().unwrap());
+    let techniques = bounds();
+    assert_eq!(techniques.len(), 11);
+    let mut worst = vec![(f64::NEG_INFINITY, 0, String::new()); techniques.len()];
+    let mut random = Random(2);
+    let mut encoded = [0.0; 8];
+    for _ in 0..count {
+        let (atoms, z_f) = kernel(&mut random);
+        let f: f64 = atoms.iter().filter(|atom| atom.0 < z_f).map(|atom| atom.1).sum();
+        for ((technique, alpha), worst) in techniques.iter().zip(&mut worst) {
+            let encoded = &mut encoded[..technique.channels()];
+            let mut filtered = [0.0; 8];
+            for &(z, w) in &atoms {
+                technique.encode(z, encoded);
+                filtered.iter_mut().zip(&*encoded).for_each(|(sum, value)| *sum += w * value);
+            }
+            let excess = technique.shade(&filtered[..technique.channels()], z_f).unwrap() - f - alpha;
+            worst.1 += usize::from(excess > TOLERANCE);
+            if excess > worst.0 {
+                (worst.0, worst.2) = (excess, format!("z_f = {z_f:?}, {atoms:?}"));
+            }
+        }
+    }
+    for ((technique, _), (excess, broken, _)) in techniques.iter().zip(&worst) {
+        println!("{}: {broken} of {count} broken, largest excess {excess:.1e}", technique.name());
+    }
+    for ((technique, _), (excess, _, input)) in techniques.iter().zip(&worst) {
+        assert!(*excess <= TOLERANCE, "{} exceeds F by {excess:e}: {input}", technique.name());
+    }
+}

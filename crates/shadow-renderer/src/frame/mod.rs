@@ -1,0 +1,107 @@
+//! The scene from its camera: surfaces per pixel, and a plain shading that shadow techniques plug into.
+
+pub(crate) mod raster;
+
+use image::{Rgba, RgbaImage};
+use rayon::prelude::*;
+
+use scenes::vector::{dot, normalize};
+
+use crate::{LightFrame, RenderError, ShadowMapStack};
+use scenes::Scene;
+
+/// Marks a pixel without surface in [`Frame::triangle`].
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// What the camera sees, row-major from the top left pixel; values of pixels without surface are zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Index of the scene's triangle, [`NO_TRIANGLE`] where there is none.
+    pub triangle: Vec<u32>,
+    /// World-space position.
+    pub position: Vec<[f32; 3]>,
+    /// Unit normal in world space, turned towards the camera.
+    pub normal: Vec<[f32; 3]>,
+    /// Linear RGB albedo.
+    pub albedo: Vec<[f32; 3]>,
+}
+
+/// Share of the light that reaches a horizontal surface in shadow.
+const AMBIENT: f32 = 0.25;
+/// Ambient light by the surface's normal, 1 upwards: most of it without regard to the normal, and slightly more from one
+/// side than from the other, so that shapes and edges stay visible in shadow.
+const AMBIENT_BY_NORMAL: [f32; 3] = [-0.12, 0.35, 0.06];
+/// Linear RGB of pixels without surface.
+const SKY: [f32; 3] = [0.35, 0.5, 0.75];
+
+impl Frame {
+    /// Renders the scene from its camera on the CPU, at the nearest surface of each pixel's centre; alpha masks
+    /// apply, both sides of triangles are visible. Independent of the number of threads.
+    ///
+    /// # Errors
+    /// [`RenderError::MapSize`] for a size outside of 1..=[`crate::MAX_MAP_SIZE`], [`RenderError::Camera`] for a
+    /// camera that cannot see, [`RenderError::Scene`] as for stacks.
+    pub fn render(scene: &Scene, width: u32, height: u32) -> Result<Self, RenderError> {
+        raster::render(scene, width, height)
+    }
+
+    /// True where a pixel shows a surface.
+    pub fn covered(&self) -> impl ExactSizeIterator<Item = bool> + '_ {
+        self.triangle.iter().map(|&t| t != NO_TRIANGLE)
+    }
+
+    /// Visibility of the light by a plain test against layer 0 of `stack`: 1 lit, 0 in shadow, 1 without surface or
+    /// outside of the map.
+    ///
+    /// The stored surface is extended over its texel by its gradient, clamped to 0.02 in depth, plus a bias of
+    /// 2e-4: the picture is for orientation, not for measurements.
+    pub fn hard_shadow(&self, stack: &ShadowMapStack, frame: &LightFrame) -> Vec<f32> {
+        let lit = |(position, triangle): (&[f32; 3], &u32)| {
+            let [x, y, depth] = frame.project(position.map(f64::from));
+            let inside = x >= 0.0 && y >= 0.0 && x < f64::from(stack.width) && y < f64::from(stack.height);
+            if *triangle == NO_TRIANGLE || !inside {
+                return 1.0;
+            }
+            let Some(first) = stack.layers(x as u32, y as u32).next() else { return 1.0 };
+            let slope = 0.5 * (first.gradient[0].abs() + first.gradient[1].abs());
+            f32::from(depth <= f64::from(first.depth + slope.min(0.02) + 2e-4))
+        };
+        self.position.par_iter().zip(&self.triangle).map(lit).collect()
+    }
+
+    /// A picture in sRGB: albedo times ambient light, most from above, plus diffuse light from a light travelling along `direction`, scaled
+    /// by `visibility` (1 lit, 0 in shadow; one value a pixel). Pixels without surface show a plain sky, opaque.
+    ///
+    /// # Panics
+    /// If `visibility` has another number of values than the frame has pixels.
+    pub fn shade(&self, direction: [f32; 3], visibility: &[f32]) -> RgbaImage {
+        assert_eq!(visibility.len(), self.triangle.len(), "one visibility a pixel");
+        let towards_light = normalize(direction.map(|c| -f64::from(c)));
+        RgbaImage::from_fn(self.width, self.height, |x, y| {
+            let i = y as usize * self.width as usize + x as usize;
+            if self.triangle[i] == NO_TRIANGLE {
+                return encode(SKY);
+            }
+            let normal = self.normal[i];
+            let cosine = dot(normal.map(f64::from), towards_light).max(0.0) as f32;
+            let ambient =
+                1.0 - AMBIENT_BY_NORMAL[1] + (0..3).map(|k| normal[k] * AMBIENT_BY_NORMAL[k]).sum::<f32>();
+            let light = AMBIENT * ambient + (1.0 - AMBIENT) * cosine * visibility[i];
+            encode(self.albedo[i].map(|c| c * light))
+        })
+    }
+}
+
+/// Opaque sRGB from linear RGB.
+fn encode(linear: [f32; 3]) -> Rgba<u8> {
+    let [r, g, b] = linear.map(|c| {
+        let c = c.clamp(0.0, 1.0);
+        let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
+        (255.0 * encoded + 0.5) as u8
+    });
+    Rgba([r, g, b, 255])
+}
