@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use moment_problem::arithmetic::DoubleDouble;
 use moment_problem::{
     Basis, CERTIFIED_GAP, DepthDistribution, Hamburger, Interval, LowerBound, MomentError, closed_form,
 };
@@ -103,7 +102,7 @@ struct Counts {
     impossible: usize,
 }
 
-fn check<const M: usize>(z: &DepthDistribution, z_f: f64, from_doubles: &mut Counts)
+fn check<const M: usize>(z: &DepthDistribution, z_f: f64, from_doubles: Option<&mut Counts>)
 where
     Hamburger<M>: LowerBound,
 {
@@ -124,6 +123,7 @@ where
         assert!(error <= 2e-8, "{error}: {} {other:?}", context());
     }
     assert!(certificate.lower_proved <= bounds.lower && certificate.upper_proved >= bounds.upper);
+    let Some(from_doubles) = from_doubles else { return };
     // Moments that arrive as doubles are another distribution's; its bounds are certified or refused.
     let moments: Vec<f64> = z.moments(solver.basis());
     match solver.bounds(&moments, z_f) {
@@ -145,11 +145,13 @@ fn random_clusters_are_certified() {
     let mut from_doubles: [Counts; 4] = Default::default();
     for i in 0..count {
         let (z, z_f) = clustered(&mut random);
+        // The way back into the set of moments costs ten times the rest.
+        let counts = Some(&mut from_doubles[i % 4]).filter(|_| i % 20 < 4);
         match i % 4 {
-            0 => check::<2>(&z, z_f, &mut from_doubles[0]),
-            1 => check::<4>(&z, z_f, &mut from_doubles[1]),
-            2 => check::<6>(&z, z_f, &mut from_doubles[2]),
-            _ => check::<8>(&z, z_f, &mut from_doubles[3]),
+            0 => check::<2>(&z, z_f, counts),
+            1 => check::<4>(&z, z_f, counts),
+            2 => check::<6>(&z, z_f, counts),
+            _ => check::<8>(&z, z_f, counts),
         }
     }
     println!("moments as doubles: {from_doubles:?}");

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 const ELEMENTARY: &str = include_str!("techniques/elementary.wgsl");
 const CHEBYSHEV: &str = include_str!("techniques/chebyshev.wgsl");
 const ROOTS: &str = include_str!("techniques/roots.wgsl");
+const BIAS: &str = include_str!("techniques/bias.wgsl");
 const MOMENTS: &str = include_str!("techniques/moments.wgsl");
 const POWERS: &str = include_str!("techniques/powers.wgsl");
 const HAMBURGER_4: &str = include_str!("techniques/hamburger4.wgsl");
@@ -80,15 +81,17 @@ pub(crate) fn moments(bound: MomentBound, alpha: f64, beta: f64) -> Option<Strin
     constants += &array("CENTRE", bound.centre());
     let _ = writeln!(constants, "const SIGNED: bool = {};", bound.interval() == Interval::Real);
     let own: &[&str] = match bound {
-        MomentBound::Hamburger2 => &[CHEBYSHEV, POWERS, include_str!("techniques/hamburger2_bounds.wgsl")],
-        MomentBound::Hamburger4 => {
-            &[CHEBYSHEV, POWERS, HAMBURGER_4, include_str!("techniques/hamburger4_bounds.wgsl")]
+        MomentBound::Hamburger2 => {
+            &[CHEBYSHEV, POWERS, include_str!("techniques/hamburger2_bounds.wgsl"), BIAS]
         }
-        MomentBound::Hamburger6 => &[CHEBYSHEV, POWERS, include_str!("techniques/canonical.wgsl")],
+        MomentBound::Hamburger4 => {
+            &[CHEBYSHEV, POWERS, HAMBURGER_4, include_str!("techniques/hamburger4_bounds.wgsl"), BIAS]
+        }
+        MomentBound::Hamburger6 => &[CHEBYSHEV, POWERS, include_str!("techniques/canonical.wgsl"), BIAS],
         MomentBound::Hausdorff4 => {
             &[CHEBYSHEV, POWERS, HAMBURGER_4, include_str!("techniques/hausdorff4.wgsl")]
         }
-        MomentBound::Trigonometric4 => &[CHEBYSHEV, include_str!("techniques/trigonometric4.wgsl")],
+        MomentBound::Trigonometric4 => &[CHEBYSHEV, include_str!("techniques/trigonometric4.wgsl"), BIAS],
         MomentBound::Hamburger8 => return None,
     };
     let mut parts = vec![constants.as_str(), ELEMENTARY, ROOTS];

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
+use moment_problem::MomentBound;
 use shadow_filtering::{MomentOptions, StorageFormat, Technique, TechniqueSpec};
 
 /// Excess that is no violation, besides the bias: the project's tolerance for bounds.
@@ -106,5 +107,44 @@ fn flat_surfaces_are_not_shadowed_by_rounding() {
     }
     for ((technique, _), (excess, _, input)) in techniques.iter().zip(&worst) {
         assert!(*excess <= TOLERANCE, "{} exceeds F by {excess:e}: {input}", technique.name());
+    }
+}
+
+/// The moment techniques in single precision at their default bias, with stored moments and depths rounded to it.
+/// `MSM_SURFACES` sets the number of kernels.
+#[test]
+fn flat_surfaces_are_not_shadowed_by_single_precision() {
+    let count = std::env::var("MSM_SURFACES").map_or(100_000, |count| count.parse().unwrap());
+    let moments = MomentOptions::default();
+    let specs = [
+        TechniqueSpec::Hamburger2(moments),
+        TechniqueSpec::Hamburger4(moments),
+        TechniqueSpec::Hamburger6(moments),
+        TechniqueSpec::Hamburger8(moments),
+        TechniqueSpec::Hausdorff4(moments),
+        TechniqueSpec::Trigonometric4(moments),
+    ];
+    let mut encoded = [0.0; 8];
+    for (spec, bound) in specs.iter().zip(MomentBound::ALL) {
+        let technique = spec.build().unwrap();
+        let single = technique.real_time().unwrap();
+        let encoded = &mut encoded[..technique.channels()];
+        let alpha = bound.single_precision_bias();
+        let mut random = Random(4);
+        for _ in 0..count {
+            let (mut atoms, z_f) = kernel(&mut random);
+            atoms.iter_mut().for_each(|atom| atom.0 = f64::from(atom.0 as f32));
+            let z_f = z_f as f32;
+            let f: f64 = atoms.iter().filter(|atom| atom.0 < f64::from(z_f)).map(|atom| atom.1).sum();
+            let mut filtered = [0.0; 8];
+            for &(z, w) in &atoms {
+                technique.encode(z, encoded);
+                filtered.iter_mut().zip(&*encoded).for_each(|(sum, value)| *sum += w * value);
+            }
+            let stored = filtered.map(|value| value as f32);
+            let g = f64::from(single.shade_single(&stored[..technique.channels()], z_f));
+            let excess = g - f - alpha;
+            assert!(excess <= TOLERANCE, "{}: {excess:e} above F at {z_f:?} of {atoms:?}", technique.name());
+        }
     }
 }

@@ -108,6 +108,11 @@ pub trait Real: Field + PartialOrd {
     fn clamp_unit(self) -> Self {
         self.max(Self::zero()).min(Self::one())
     }
+    /// a b - c d. Types with a wider one at hand round it once, so that nothing is lost where the products cancel.
+    #[inline(always)]
+    fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self {
+        a * b - c * d
+    }
     /// Whether the number is finite.
     fn is_finite(self) -> bool {
         self.to_f64().is_finite()
@@ -115,7 +120,7 @@ pub trait Real: Field + PartialOrd {
 }
 
 macro_rules! machine_number {
-    ($type:ty, $tiny:expr) => {
+    ($type:ty, $tiny:expr $(, $more:item)?) => {
         impl Field for $type {
             #[inline(always)]
             fn from_double_double(value: DoubleDouble) -> Self {
@@ -156,9 +161,18 @@ macro_rules! machine_number {
             fn abs(self) -> Self {
                 <$type>::abs(self)
             }
+            $($more)?
         }
     };
 }
 
-machine_number!(f32, 1e-30);
+machine_number!(
+    f32,
+    1e-30,
+    #[inline(always)]
+    fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self {
+        // Products of single floats are exact in double precision.
+        (f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d)) as Self
+    }
+);
 machine_number!(f64, 1e-200);

@@ -62,6 +62,15 @@ impl Bounds {
         (self.lower - self.certificate.lower_proved).max(self.certificate.upper_proved - self.upper)
     }
 
+    /// The bounds without what rounding puts beyond a known distribution's own masses.
+    pub(crate) fn containing(mut self, z: &DepthDistribution, z_f: f64) -> Self {
+        self.lower = self.lower.min(z.cdf(z_f));
+        self.upper = self.upper.max(z.cdf_inclusive(z_f));
+        self.certificate.lower_proved = self.certificate.lower_proved.min(self.lower);
+        self.certificate.upper_proved = self.certificate.upper_proved.max(self.upper);
+        self
+    }
+
     /// The bounds if they are certified to `tolerance`, else an error with the gap.
     pub(crate) fn certified(self, tolerance: f64) -> Result<Self, MomentError> {
         let gap = self.gap();

@@ -4,8 +4,9 @@ use super::bounds::{
     Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
     sorted_support,
 };
+use super::exact::exact_of;
 use super::hamburger::{Chebyshev, Hamburger};
-use super::semi_infinite::{CERTIFIED_GAP, PreparedBasis, solve_prepared};
+use super::semi_infinite::{CERTIFIED_GAP, Origin, PreparedBasis, solve_prepared};
 use crate::arithmetic::{DoubleDouble, Field, Real};
 use crate::basis::Basis;
 use crate::closed_forms::{hausdorff, trigonometric};
@@ -34,7 +35,8 @@ impl Proved {
     ) -> Result<Bounds, MomentError> {
         let start: Vec<f64> =
             claim.support.iter().map(|&(z, _)| z.clamp(0.0, 1.0)).chain(depths.iter().copied()).collect();
-        let proof = solve_prepared(&self.prepared, moments, z_f, &start)?;
+        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
+        let proof = solve_prepared(&self.prepared, (moments, origin), z_f, &start)?;
         let difference = (claim.lower - proof.lower).abs().max((claim.upper - proof.upper).abs());
         if difference.is_nan() || difference > CERTIFIED_GAP {
             return Err(MomentError::Uncertified { gap: difference });
@@ -99,7 +101,14 @@ macro_rules! unit_interval_form {
 
             fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
                 check_depths(z.depths(), Interval::Unit)?;
-                self.solve(&z.moments(self.basis()), z_f, z.depths())
+                let result = self.solve(&z.moments(self.basis()), z_f, z.depths());
+                // Nearly equal depths, and z_f next to one, can be too much for double-double; not for exact arithmetic.
+                result.or_else(|error| match error {
+                    MomentError::Uncertified { .. } | MomentError::Infeasible { .. } | MomentError::Solver { .. } => {
+                        exact_of(self.basis(), Interval::Unit, z, z_f).unwrap_or(Err(error))
+                    }
+                    error => Err(error),
+                })
             }
         }
     };

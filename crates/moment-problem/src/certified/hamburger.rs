@@ -1,7 +1,7 @@
 //! Power moments on the whole line with their proof: double-double where it resolves the kernel, else exact arithmetic.
 
 use super::bounds::{Bounds, Certificate, Interval, LowerBound, check_depths, check_input, sorted_support};
-use super::exact_line::{ExactLine, MIXTURES};
+use super::exact::{ExactPowers, MIXTURES, exact_of};
 use super::hermite;
 use super::semi_infinite::CERTIFIED_GAP;
 use crate::arithmetic::{DoubleDouble, Real};
@@ -78,7 +78,7 @@ impl<const M: usize> Hamburger<M> {
         let mut answers = Vec::new();
         let mut failure = MomentError::Uncertified { gap: f64::INFINITY };
         for exponent in MIXTURES {
-            match ExactLine::of_mixture(moments, z_f, exponent).bounds() {
+            match ExactPowers::of_mixture(moments, z_f, exponent).bounds(Interval::Real) {
                 Ok(bounds) => answers.push(bounds),
                 Err(error) => failure = error,
             }
@@ -150,7 +150,7 @@ impl<const M: usize> LowerBound for Hamburger<M> {
         if let Some(bounds) = Self::in_double_double(moments, z_f) {
             return Ok(bounds);
         }
-        match ExactLine::of_moments(moments, z_f).bounds() {
+        match ExactPowers::of_moments(moments, z_f).bounds(Interval::Real) {
             Err(MomentError::NotPositiveDefinite { index, pivot }) => {
                 let scale = moments[2 * index.max(2) - 3].to_f64().abs();
                 if pivot < -PIVOT_NOISE * scale {
@@ -168,16 +168,12 @@ impl<const M: usize> LowerBound for Hamburger<M> {
         check_depths(z.depths(), Interval::Real)?;
         let moments: Vec<DoubleDouble> = z.moments(&self.basis);
         check_input(&self.basis, Interval::Real, &moments, z_f)?;
-        // At most M / 2 depths are determined by their moments (MSM15 Proposition 4), so they are their own support.
+        // At most M / 2 depths are determined by their moments (MSM15 Proposition 4): double-double would meet a vanishing pivot.
         let quick = if z.depths().len() > M / 2 { Self::in_double_double(&moments, z_f) } else { None };
-        let mut bounds = match quick {
-            Some(bounds) => bounds,
-            None => ExactLine::of_atoms(z.depths(), z.weights(), M, z_f).bounds()?,
-        };
-        bounds.lower = bounds.lower.min(z.cdf(z_f));
-        bounds.upper = bounds.upper.max(z.cdf_inclusive(z_f));
-        bounds.certificate.lower_proved = bounds.certificate.lower_proved.min(bounds.lower);
-        bounds.certificate.upper_proved = bounds.certificate.upper_proved.max(bounds.upper);
-        Ok(bounds)
+        match quick {
+            Some(bounds) => Ok(bounds.containing(z, z_f)),
+            None => exact_of(&self.basis, Interval::Real, z, z_f)
+                .unwrap_or(Err(MomentError::Uncertified { gap: f64::INFINITY })),
+        }
     }
 }

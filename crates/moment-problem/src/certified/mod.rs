@@ -2,7 +2,7 @@
 
 mod bounds;
 mod closed_form;
-mod exact_line;
+mod exact;
 mod hamburger;
 mod hermite;
 mod linear_program;

@@ -65,8 +65,7 @@ impl Moments {
     }
 
     fn biased_bounds<R: Real>(&self, filtered: &[R], z_f: R) -> Pair<R> {
-        let biased = self.towards_centre(filtered, self.single_alpha);
-        self.bound.bounds(&biased, self.bound.variable(unit(z_f)))
+        self.bound.biased_bounds(filtered, self.single_alpha, self.bound.variable(unit(z_f)))
     }
 
     fn lower_of_two(&self, filtered: &[f64], z_f: f64) -> Option<f64> {

@@ -8,8 +8,9 @@ mod simplex;
 pub(crate) use certificate::Step;
 pub(crate) use finite::{Column, FiniteProgram};
 pub use prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
-pub(crate) use simplex::{Program, Solution, minimise};
+pub(crate) use simplex::{Origin, Program, Solution, minimise};
 
+use super::exact::{ExactPowers, exact_of};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::certified::bounds::{
@@ -21,6 +22,9 @@ use crate::error::{BasisError, MomentError};
 
 /// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
 pub const CERTIFIED_GAP: f64 = 1e-8;
+
+/// Power moments up to which the simplex in double-double is at its ease.
+const MOST_POWERS: usize = 8;
 
 /// The certified solver for any basis on \[0, 1\].
 ///
@@ -42,23 +46,18 @@ impl ExchangeSimplex {
     pub fn prepared(&self) -> &PreparedBasis {
         &self.prepared
     }
-
-    fn solve(&self, moments: &[DoubleDouble], z_f: f64, extra: &[f64]) -> Result<Bounds, MomentError> {
-        check_input(self.basis(), Interval::Unit, moments, z_f)?;
-        solve_prepared(&self.prepared, moments, z_f, extra)
-    }
 }
 
 /// Both bounds for checked input.
 pub(crate) fn solve_prepared(
     prepared: &PreparedBasis,
-    moments: &[DoubleDouble],
+    (moments, origin): (&[DoubleDouble], Origin),
     z_f: f64,
     extra: &[f64],
 ) -> Result<Bounds, MomentError> {
     let target = prepared.right_hand_side(moments)?;
-    let lower = minimise(prepared, &target, Step::Lower { z_f }, extra)?;
-    let upper = minimise(prepared, &target, Step::Upper { z_f }, extra)?;
+    let lower = minimise(prepared, &target, origin, Step::Lower { z_f }, extra)?;
+    let upper = minimise(prepared, &target, origin, Step::Upper { z_f }, extra)?;
     assemble(prepared, &lower, &upper).certified(CERTIFIED_GAP)
 }
 
@@ -95,11 +94,30 @@ impl LowerBound for ExchangeSimplex {
     }
 
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        self.solve(moments, z_f, &[])
+        check_input(self.basis(), Interval::Unit, moments, z_f)?;
+        if self.basis().power_order().is_some_and(|order| order > MOST_POWERS) {
+            // Moments of no distribution are projected by the simplex.
+            match ExactPowers::of_moments(moments, z_f).bounds(Interval::Unit) {
+                Err(MomentError::Infeasible { .. } | MomentError::NotPositiveDefinite { .. }) => {}
+                result => return result,
+            }
+        }
+        solve_prepared(&self.prepared, (moments, Origin::Numbers), z_f, &[])
     }
 
     fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
         check_depths(z.depths(), Interval::Unit)?;
-        self.solve(&z.moments(self.basis()), z_f, z.depths())
+        let moments: Vec<DoubleDouble> = z.moments(self.basis());
+        check_input(self.basis(), Interval::Unit, &moments, z_f)?;
+        let exact = || exact_of(self.basis(), Interval::Unit, z, z_f);
+        let order = self.basis().power_order().unwrap_or(0);
+        // Few depths are determined by their moments: a degenerate vertex for the simplex, nothing to exact arithmetic.
+        if order > MOST_POWERS || 2 * z.depths().len() <= order {
+            if let Some(result) = exact() {
+                return result;
+            }
+        }
+        let result = solve_prepared(&self.prepared, (&moments, Origin::Distribution), z_f, z.depths());
+        result.or_else(|error| exact().unwrap_or(Err(error)))
     }
 }
