@@ -1,19 +1,31 @@
 //! Single precision and 16 bits beside other programs' shaders, on the inputs that these were run with.
 //!
-//! The inputs and outputs are not part of the project; where they are missing there is nothing to compare with.
+//! The inputs and outputs are not part of the project; where they are missing the tests are reported as ignored.
 // Clippy's exemption for tests does not reach the functions that they share.
 // Digits beyond single precision are the programs' own.
-#![allow(clippy::unwrap_used, clippy::excessive_precision)]
+#![allow(clippy::unwrap_used, clippy::excessive_precision, clippy::print_stdout)]
 
+use libtest_mimic::{Arguments, Trial};
 use moment_problem::arithmetic::{FloatFloat, Real};
 use moment_problem::hamburger::{hamburger, hamburger4};
 use moment_problem::hausdorff::hausdorff4_biased;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
-fn folder() -> Option<PathBuf> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?.join("shared/vectors/peers");
-    path.is_dir().then_some(path)
+fn main() -> ExitCode {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/vectors/peers");
+    let trials = CASES.iter().map(|case| {
+        let path = folder.join(case.file).with_extension("csv");
+        let name = format!("pairs_of_single_floats_err_less_than_other_programs::{}", case.file);
+        // A folder without one of the files is a fault.
+        Trial::test(name, move || {
+            compare(case, &path);
+            Ok(())
+        })
+        .with_ignored_flag(!folder.is_dir())
+    });
+    libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit_code()
 }
 
 /// A row: moments, z_f, alpha, the peer's bound and the exact one.
@@ -143,7 +155,7 @@ const SIX_16: &[f32] = &[0.0, 0.5566, 0.0, 0.489, 0.0, 0.478_693_82];
 
 const EIGHT_16: &[f32] = &[0.0, 0.424_749_164, 0.0, 0.224_078_027, 0.0, 0.153_692_308, 0.0, 0.129_004_405];
 
-const CASES: [Case; 15] = [
+static CASES: [Case; 15] = [
     Case { file: "mjp_hamburger4_f32", target: HALF, storage: Storage::Plain },
     Case { file: "mjp_hausdorff4_f32", target: HALF, storage: Storage::Plain },
     Case { file: "forge3d_msm4_f32", target: HALF, storage: Storage::Plain },
@@ -219,46 +231,34 @@ impl Case {
 /// In pairs, in single floats, and the other program.
 type All = [Errors; 3];
 
-#[test]
-fn pairs_of_single_floats_err_less_than_other_programs() {
-    let Some(folder) = folder() else {
-        println!("no outputs of other programs at hand: nothing compared");
-        return;
-    };
-    for case in &CASES {
-        let file = case.file;
-        let mut by_kind: BTreeMap<String, All> = BTreeMap::new();
-        for row in rows(&folder.join(format!("{file}.csv"))) {
-            let Some(exact) = row.exact else { continue };
-            let values = [case.ours::<FloatFloat>(&row), case.ours::<f32>(&row)];
-            for value in values {
-                assert!(value.is_finite() && (0.0..=1.0).contains(&value), "{file} {}: {value}", row.kind);
-            }
-            for kind in ["all kinds", &row.kind] {
-                let [pairs, single, theirs] = by_kind.entry(kind.to_owned()).or_default();
-                pairs.push(values[0], exact);
-                single.push(values[1], exact);
-                theirs.push(row.peer, exact);
-            }
+fn compare(case: &Case, path: &Path) {
+    let file = case.file;
+    let mut by_kind: BTreeMap<String, All> = BTreeMap::new();
+    for row in rows(path) {
+        let Some(exact) = row.exact else { continue };
+        let values = [case.ours::<FloatFloat>(&row), case.ours::<f32>(&row)];
+        for value in values {
+            assert!(value.is_finite() && (0.0..=1.0).contains(&value), "{file} {}: {value}", row.kind);
         }
-        assert!(by_kind.len() > 10, "{file}");
-        for (kind, all) in by_kind {
-            let [mine, single, theirs] = all.map(|errors| summary(&errors.sorted()));
-            let text = |[max, p99, above]: [f64; 3]| format!("{max:.1e} {p99:.1e} {:.2} %", 100.0 * above);
-            println!(
-                "{file:22} {kind:10} pairs {}  f32 {}  theirs {}",
-                text(mine),
-                text(single),
-                text(theirs)
-            );
-            // The result itself is a single float: no error below half of its last place counts.
-            let below = |i: usize| mine[i] <= theirs[i].max(LAST_PLACE);
-            assert!(below(0) && below(1) && mine[2] <= theirs[2], "{file}, {kind}: {mine:?} {theirs:?}");
-            assert!(mine[2] == 0.0, "{file}, {kind}");
-            // In plain single floats the biased form is no worse than the others, on the whole.
-            if file.contains("hausdorff") && kind == "all kinds" {
-                assert!(single[1] <= theirs[1] && single[2] <= theirs[2], "{file}: {single:?} {theirs:?}");
-            }
+        for kind in ["all kinds", &row.kind] {
+            let [pairs, single, theirs] = by_kind.entry(kind.to_owned()).or_default();
+            pairs.push(values[0], exact);
+            single.push(values[1], exact);
+            theirs.push(row.peer, exact);
+        }
+    }
+    assert!(by_kind.len() > 10, "{file}");
+    for (kind, all) in by_kind {
+        let [mine, single, theirs] = all.map(|errors| summary(&errors.sorted()));
+        let text = |[max, p99, above]: [f64; 3]| format!("{max:.1e} {p99:.1e} {:.2} %", 100.0 * above);
+        println!("{file:22} {kind:10} pairs {}  f32 {}  theirs {}", text(mine), text(single), text(theirs));
+        // The result itself is a single float: no error below half of its last place counts.
+        let below = |i: usize| mine[i] <= theirs[i].max(LAST_PLACE);
+        assert!(below(0) && below(1) && mine[2] <= theirs[2], "{file}, {kind}: {mine:?} {theirs:?}");
+        assert!(mine[2] == 0.0, "{file}, {kind}");
+        // In plain single floats the biased form is no worse than the others, on the whole.
+        if file.contains("hausdorff") && kind == "all kinds" {
+            assert!(single[1] <= theirs[1] && single[2] <= theirs[2], "{file}: {single:?} {theirs:?}");
         }
     }
 }

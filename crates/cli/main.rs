@@ -3,7 +3,6 @@
 mod advise;
 mod bound;
 mod outcome;
-mod plot;
 mod progress;
 mod quantize;
 mod render;

@@ -1,6 +1,6 @@
 //! `msm quantize`: the affine transform that makes moments fill the codes of a texel, with code to paste.
 
-use crate::bound::parse_basis;
+use crate::bound::input::parse_basis;
 use crate::outcome::{Failure, Output};
 use clap::{ArgGroup, ValueEnum};
 use moment_problem::Basis;

@@ -31,25 +31,30 @@ struct Answer {
 /// Reads, draws, writes.
 pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let mut answer = Answer { written: Vec::new() };
-    let mut runs = Vec::new();
+    let mut pages = Vec::new();
     for path in &arguments.runs {
         let run = RunDirectory::open(path).map_err(failure)?;
-        let files = ::report::write(&run).map_err(|error| match error {
-            ReportError::Records(error) => failure(error),
-            other => Failure::Failed(other.into()),
-        })?;
+        let page = ::report::page(&run).map_err(page_failure)?;
+        let files = page.write().map_err(page_failure)?;
         answer.written.extend(files.iter().map(|file| run.path().join(&file.name).display().to_string()));
-        runs.push(run);
+        pages.push(page);
     }
     if let Some(path) = &arguments.html {
-        let page = ::report::html(&runs).map_err(anyhow::Error::from)?;
+        let page = ::report::html(&pages).map_err(page_failure)?;
         write_whole(path, page.as_bytes()).map_err(failure)?;
         answer.written.push(path.display().to_string());
     }
     if let Some(path) = &arguments.comparison {
-        let table = ::report::comparison(&runs).map_err(anyhow::Error::from)?;
-        write_whole(path, table.as_bytes()).map_err(failure)?;
+        write_whole(path, ::report::comparison(&pages).as_bytes()).map_err(failure)?;
         answer.written.push(path.display().to_string());
     }
     arguments.output.emit(&answer, |out| answer.written.iter().try_for_each(|file| writeln!(out, "{file}")))
+}
+
+/// Sorts errors by whose fault they are.
+pub fn page_failure(error: ReportError) -> Failure {
+    match error {
+        ReportError::Records(error) => failure(error),
+        other => Failure::Failed(other.into()),
+    }
 }

@@ -2,9 +2,11 @@
 
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
+use crate::report::page_failure;
 use crate::run::{ScaleName, build, command_line, failure};
+use ::report::Page;
 use anyhow::{Context, anyhow};
-use evaluation::{Experiment, RunDirectory, RunOptions, Scale, write_whole};
+use evaluation::{Experiment, RunOptions, Scale, write_whole};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -79,7 +81,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     // What the machine takes for a second of the table, once there is something to go by.
     let mut pace = 1.0;
     let mut worked = (0.0, 0.0);
-    let mut done: Vec<(Reproduced, RunDirectory)> = Vec::new();
+    let mut done: Vec<(Reproduced, Page)> = Vec::new();
     for (number, (experiment, has_scenes)) in experiments.iter().enumerate() {
         let place = format!("[{}/{}] {}", number + 1, experiments.len(), experiment.name);
         let start = Instant::now();
@@ -103,9 +105,9 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             worked = (worked.0 + seconds, worked.1 + expected(&experiment.name));
             pace = worked.0 / worked.1;
         }
-        let page = ::report::write(&directory).map_err(anyhow::Error::from)?;
-        let answer =
-            page.iter().find(|file| file.name == "README.md").map(|file| first_sentence(&file.bytes));
+        let page = ::report::page(&directory).map_err(page_failure)?;
+        page.write().map_err(page_failure)?;
+        let answer = shortened(&page.finding());
         let reproduced = Reproduced {
             experiment: experiment.name.clone(),
             directory: directory.path().display().to_string(),
@@ -114,18 +116,18 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             failed,
             seconds,
             answer: if *has_scenes || arguments.scenes.is_empty() {
-                answer.unwrap_or_default()
+                answer
             } else {
-                format!("(needs no scene) {}", answer.unwrap_or_default())
+                format!("(needs no scene) {answer}")
             },
         };
-        done.push((reproduced, directory));
+        done.push((reproduced, page));
     }
     let report = arguments.out.join("README.md");
-    let (reproduced, directories): (Vec<Reproduced>, Vec<RunDirectory>) = done.into_iter().unzip();
+    let (reproduced, pages): (Vec<Reproduced>, Vec<Page>) = done.into_iter().unzip();
     write_whole(&report, index(scale, &arguments.out, &reproduced).as_bytes()).map_err(failure)?;
     let html = arguments.out.join("report.html");
-    let page = ::report::html(&directories).map_err(anyhow::Error::from)?;
+    let page = ::report::html(&pages).map_err(page_failure)?;
     write_whole(&html, page.as_bytes()).map_err(failure)?;
     let answer = Answer {
         scale,
@@ -208,11 +210,10 @@ fn duration(seconds: f64) -> String {
     if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
-/// The first sentence of a page's answer, at most two lines long.
-fn first_sentence(page: &[u8]) -> String {
+/// A page's finding, at most two lines long.
+fn shortened(whole: &str) -> String {
     /// Characters that fit a terminal of 80 columns twice, behind the name.
     const LENGTH: usize = 140;
-    let whole = ::report::first_sentence(&String::from_utf8_lossy(page), "Answer");
     let sentence: String = whole.chars().take(LENGTH).collect();
     if sentence.len() < whole.len() { format!("{} ...", sentence.trim_end()) } else { sentence }
 }

@@ -2,6 +2,7 @@
 
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
+use crate::report::page_failure;
 use clap::ValueEnum;
 use evaluation::{Build, EvaluationError, Experiment, Prediction, RunOptions, Scale, Shard};
 use serde::Serialize;
@@ -100,8 +101,11 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     let run = experiment.run(&options).map_err(failure)?;
     bar.finish();
-    let written =
-        if run.complete { ::report::write(&run.directory).map_err(anyhow::Error::from)? } else { Vec::new() };
+    let written = if run.complete {
+        ::report::page(&run.directory).and_then(|page| page.write()).map_err(page_failure)?
+    } else {
+        Vec::new()
+    };
     let answer = Answer {
         experiment: experiment.name,
         scale,

@@ -5,12 +5,26 @@ use libtest_mimic::{Failed, Trial};
 
 /// A test that no missing adapter can turn into a pass.
 pub fn gpu_trial(name: String, test: impl FnOnce() -> Result<(), Failed> + Send + 'static) -> Trial {
-    match GraphicsDevice::shared() {
-        Ok(_) => Trial::test(name, test),
-        Err(error) if std::env::var("MSM_REQUIRE_GPU").is_ok_and(|v| v == "1") => {
-            let message = format!("MSM_REQUIRE_GPU is 1 but there is no adapter: {error}");
-            Trial::test(name, move || Err(message.into()))
-        }
-        Err(_) => Trial::test(name, || Err("needs a graphics adapter".into())).with_ignored_flag(true),
-    }
+    trial(name, GraphicsDevice::shared().map(|_| ()).map_err(|error| error.to_string()), test)
+}
+
+/// The same for a test that needs timestamps, too.
+#[allow(dead_code, reason = "not every test binary times")]
+pub fn timed_trial(name: String, test: impl FnOnce() -> Result<(), Failed> + Send + 'static) -> Trial {
+    let timestamps = GraphicsDevice::shared().map_err(|error| error.to_string()).and_then(|gpu| {
+        let offered = gpu.adapter.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        if offered { Ok(()) } else { Err(format!("{} has no timestamps", gpu.name)) }
+    });
+    trial(name, timestamps, test)
+}
+
+fn trial(
+    name: String,
+    available: Result<(), String>,
+    test: impl FnOnce() -> Result<(), Failed> + Send + 'static,
+) -> Trial {
+    let Err(missing) = available else { return Trial::test(name, test) };
+    let required = std::env::var("MSM_REQUIRE_GPU").is_ok_and(|v| v == "1");
+    Trial::test(name, move || Err(format!("needs a graphics adapter: {missing}").into()))
+        .with_ignored_flag(!required)
 }

@@ -1,11 +1,12 @@
 //! The suite that every `LowerBound` runs, and proof that it notices planted faults.
 
-use crate::samples::{Random, Sample, sample};
+use crate::samples::{Sample, sample};
 use moment_problem::arithmetic::DoubleDouble;
 use moment_problem::{
     Basis, Bounds, Chebyshev, ExchangeSimplex, Hamburger, Hausdorff4, Interval, LinearProgram, LowerBound,
     Markov, MomentError, Trigonometric4,
 };
+use random_stream::Random;
 
 /// Attained and proved values are certified to 1e-8; sampled checks add rounding of evaluating the functions.
 const TOLERANCE: f64 = 2e-8;
@@ -137,7 +138,7 @@ fn solvers() -> Vec<(Box<dyn LowerBound>, usize)> {
 #[test]
 fn every_solver_passes_the_suite() {
     for (solver, count) in solvers() {
-        let mut random = Random(20150301);
+        let mut random = Random::new(20150301);
         let mut refused = 0;
         for index in 0..count {
             let sample = sample(&mut random);
@@ -201,7 +202,7 @@ fn the_suite_notices_planted_faults() {
     ];
     for (name, fault) in faults {
         let faulty = Faulty { inner: Hamburger::default(), fault };
-        let mut random = Random(7);
+        let mut random = Random::new(7);
         let caught = (0..200).filter(|_| violation(&faulty, &sample(&mut random)).is_err()).count();
         assert!(caught > 20, "the fault `{name}` was noticed in {caught} of 200 samples");
     }

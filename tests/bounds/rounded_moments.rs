@@ -1,6 +1,6 @@
 //! Moments that arrive as `f64`: rounded, perturbed, impossible or nonsense.
 
-use crate::samples::{Random, sample};
+use crate::samples::sample;
 use moment_problem::hamburger::{chebyshev, hamburger};
 use moment_problem::hausdorff::hausdorff4;
 use moment_problem::markov::two_depths;
@@ -8,6 +8,7 @@ use moment_problem::trigonometric::trigonometric4;
 use moment_problem::{
     Basis, ExchangeSimplex, Hamburger, Hausdorff4, LinearProgram, LowerBound, MomentError, Trigonometric4,
 };
+use random_stream::Random;
 
 /// Rounding the moments moves the bound by their sensitivity; up to 1e7 of it is tolerated, the rest is skipped.
 #[test]
@@ -24,7 +25,7 @@ fn bounds_from_rounded_moments_agree_with_those_of_the_distribution() {
         (&program, 40),
     ];
     for (solver, count) in solvers {
-        let mut random = Random(11);
+        let mut random = Random::new(11);
         let (mut compared, mut refused) = (0, 0);
         for _ in 0..count {
             let s = sample(&mut random);
@@ -101,7 +102,7 @@ fn useless_input_is_a_typed_error() {
 /// No NaN, nothing outside [0, 1] and no panic, whatever the bits: a million and a half inputs.
 #[test]
 fn nonsense_never_leaves_the_unit_interval() {
-    let mut random = Random(12);
+    let mut random = Random::new(12);
     let special = [
         0.0,
         -0.0,
@@ -117,7 +118,7 @@ fn nonsense_never_leaves_the_unit_interval() {
     ];
     let draw = |random: &mut Random| match random.below(4) {
         0 => special[random.below(special.len())],
-        1 => f64::from_bits(random.next()),
+        1 => f64::from_bits(random.next_bits()),
         2 => 1.0 + f64::EPSILON * (random.unit() - 0.5),
         _ => random.unit(),
     };

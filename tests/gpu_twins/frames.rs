@@ -6,19 +6,18 @@ use std::time::Duration;
 use graphics_device::DeviceError;
 use libtest_mimic::{Failed, Trial};
 use scenes::{Scene, load_scene};
+use shaders::FrameShaders;
 use shadow_filtering::{
-    ChannelMap, Kernel, PassShaders, StoredTechnique, Technique, TechniqueSpec, comparison_shader, filter,
-    resolve,
+    ChannelMap, Kernel, StoredTechnique, Technique, TechniqueSpec, comparison_shaders, filter, resolve,
 };
 use shadow_renderer::{
-    DepthMap, FrameRenderer, FrameSettings, FrameShaders, LightFrame, RenderError, Sampling, TexelFormat,
-    WHOLE_FRAME,
+    DepthMap, FrameRenderer, FrameSettings, LightFrame, RenderError, Sampling, WHOLE_FRAME,
 };
 
 use quantization::NumberFormat;
 use quantization::published::Published;
 
-use crate::adapter::gpu_trial;
+use crate::adapter::{gpu_trial, timed_trial};
 use crate::{compare, techniques};
 
 const SETTINGS: FrameSettings = FrameSettings {
@@ -40,7 +39,7 @@ pub fn trials() -> Vec<Trial> {
     }
     trials.push(gpu_trial("frame::shadows".into(), shadows));
     trials.push(gpu_trial("frame::stored".into(), stored));
-    trials.push(gpu_trial("frame::times".into(), times));
+    trials.push(timed_trial("frame::times".into(), times));
     trials.push(gpu_trial("frame::lost_device".into(), lost_device));
     trials
 }
@@ -51,16 +50,6 @@ fn scene() -> (Scene, [f32; 3]) {
     (scene, direction)
 }
 
-fn shaders(passes: PassShaders) -> FrameShaders {
-    let format = match passes.format {
-        NumberFormat::Unorm16 => TexelFormat::Unorm16,
-        NumberFormat::F16 => TexelFormat::F16,
-        _ => TexelFormat::F32,
-    };
-    let PassShaders { resolve, filter, halve, shade, textures, .. } = passes;
-    FrameShaders::Prefiltered { resolve, filter, halve, shade, textures, format }
-}
-
 /// Encoding, resolve and both filter passes, in single floats.
 fn filtered_map(spec: &TechniqueSpec) -> Result<(), Failed> {
     let (scene, direction) = scene();
@@ -68,7 +57,7 @@ fn filtered_map(spec: &TechniqueSpec) -> Result<(), Failed> {
     let technique = StoredTechnique::new(spec.build()?, None, NumberFormat::F32)?;
     let passes = technique.passes(&kernel, 4).ok_or("no passes")?;
     let renderer = FrameRenderer::new(&scene, direction)?;
-    let frame = renderer.render(&shaders(passes), &SETTINGS)?;
+    let frame = renderer.render(&passes, &SETTINGS)?;
     let found = frame.filtered.ok_or("the map was not read back")?;
 
     let light = LightFrame::fit(&scene, direction, SETTINGS.map_size, SETTINGS.map_size)?;
@@ -109,16 +98,16 @@ fn shadows() -> Result<(), Failed> {
     let (scene, direction) = scene();
     let kernel = Kernel::gaussian(9, 2.4)?;
     let renderer = FrameRenderer::new(&scene, direction)?;
-    let truth =
-        renderer.render(&FrameShaders::Comparison { shade: comparison_shader(&kernel, 0.05) }, &SETTINGS)?;
+    let truth = renderer.render(&comparison_shaders(&kernel, 0.05), &SETTINGS)?;
     let distance = |spec: TechniqueSpec, fault: Option<(&str, &str)>| -> Result<f64, Failed> {
         let technique = StoredTechnique::new(spec.build()?, None, NumberFormat::F32)?;
         let mut passes = technique.passes(&kernel, 4).ok_or("no passes")?;
         if let Some((from, to)) = fault {
-            assert!(passes.shade.contains(from));
-            passes.shade = passes.shade.replacen(from, to, 1);
+            let FrameShaders::Prefiltered { shade, .. } = &mut passes else { return Err("no map".into()) };
+            assert!(shade.contains(from));
+            *shade = shade.replacen(from, to, 1);
         }
-        let frame = renderer.render(&shaders(passes), &SETTINGS)?;
+        let frame = renderer.render(&passes, &SETTINGS)?;
         assert_eq!(frame.shadow.len(), truth.shadow.len());
         assert!(frame.shadow.iter().all(|g| (0.0..=1.0).contains(g)), "{}", technique.technique().name());
         let distances = frame.shadow.iter().zip(&truth.shadow).map(|(g, f)| f64::from((g - f).abs()));
@@ -152,7 +141,7 @@ fn stored() -> Result<(), Failed> {
     let mut frames = Vec::new();
     for (transform, format) in [(None, NumberFormat::F32), (Some(&theta), NumberFormat::Unorm16)] {
         let technique = StoredTechnique::new(spec.build()?, transform, format)?;
-        frames.push(renderer.render(&shaders(technique.passes(&kernel, 4).ok_or("none")?), &SETTINGS)?);
+        frames.push(renderer.render(&technique.passes(&kernel, 4).ok_or("none")?, &SETTINGS)?);
     }
     let pairs = frames[0].shadow.iter().zip(&frames[1].shadow);
     let distance = pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / frames[0].shadow.len() as f64;
@@ -166,14 +155,14 @@ fn times() -> Result<(), Failed> {
     let kernel = Kernel::gaussian(9, 2.4)?;
     let renderer = FrameRenderer::new(&scene, direction)?;
     let technique = StoredTechnique::new(TechniqueSpec::Vsm {}.build()?, None, NumberFormat::F32)?;
-    let prefiltered = shaders(technique.passes(&kernel, 4).ok_or("none")?);
-    let comparison = FrameShaders::Comparison { shade: comparison_shader(&kernel, 0.05) };
+    let prefiltered = technique.passes(&kernel, 4).ok_or("none")?;
+    let comparison = comparison_shaders(&kernel, 0.05);
     let passes = ["shadow map", "resolve", "filter rows", "filter columns", "mip maps", "surfaces", "shade"];
     for (shaders, expected) in
         [(&prefiltered, &passes[..]), (&comparison, &["shadow map", "surfaces", "shade"])]
     {
         let times = renderer.time(shaders, &SETTINGS, Duration::from_millis(5), 3)?;
-        let Some((whole, parts)) = times.split_last() else { continue };
+        let (whole, parts) = times.split_last().ok_or("the adapter has no timestamps")?;
         assert_eq!(whole.pass, WHOLE_FRAME);
         assert_eq!(parts.iter().map(|pass| pass.pass).collect::<Vec<_>>(), expected);
         assert!(times.iter().all(|pass| pass.times.len() == 3), "{times:?}");
@@ -194,7 +183,7 @@ fn lost_device() -> Result<(), Failed> {
     let (scene, direction) = scene();
     let kernel = Kernel::gaussian(3, 1.0)?;
     let renderer = FrameRenderer::new(&scene, direction)?;
-    let shaders = FrameShaders::Comparison { shade: comparison_shader(&kernel, 0.05) };
+    let shaders = comparison_shaders(&kernel, 0.05);
     renderer.render(&shaders, &SETTINGS)?;
     renderer.lose();
     match renderer.render(&shaders, &SETTINGS) {

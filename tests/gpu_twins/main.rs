@@ -11,11 +11,11 @@ mod adapter;
 mod compute;
 mod fragments;
 mod frames;
+mod modules;
 
 use std::process::ExitCode;
 
 use adapter::gpu_trial;
-use compute::Device;
 use fragments::{FRAGMENTS, Inputs};
 use libtest_mimic::{Arguments, Failed};
 use quantization::NumberFormat;
@@ -51,6 +51,7 @@ fn main() -> ExitCode {
         let name = transform.name.replace(' ', "_");
         trials.push(gpu_trial(format!("transform::{name}"), || quantise_and_decode(transform)));
     }
+    trials.extend(modules::trials());
     trials.extend(frames::trials());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()
@@ -134,7 +135,7 @@ fn shade(technique: &dyn Technique, fault: &str) -> Result<(), Failed> {
     outputs[first] = shade(filtered, inputs[start + CHANNELS]);";
     let each = technique.channels() + 1;
     for (kind, inputs) in [("fragments", inputs), ("degenerate kernels", Inputs::degenerate(technique))] {
-        let found = Device::shared()?.map(&shader, call, (&inputs.values, each), 1)?;
+        let found = compute::map(&shader, call, (&inputs.values, each), 1, None)?;
         let items = || inputs.values.chunks_exact(each).map(|item| item.split_at(each - 1));
         let single: Vec<f32> = items().map(|(b, z)| real_time.shade_single(b, z[0])).collect();
         let double = |(b, z): (&[f32], &[f32])| {
@@ -173,7 +174,7 @@ fn percentage_closer(fault: &str) -> Result<(), Failed> {
             .flat_map(|r| [r.x as f64, r.y as f64, r.depth, r.gradient[0], r.gradient[1]].map(|v| v as f32))
             .collect();
         let depths = Some((map.depths(), map.width() as u32));
-        let found = Device::shared()?.map_with_depths(&shader, call, (&inputs, 5), 1, depths)?;
+        let found = compute::map(&shader, call, (&inputs, 5), 1, depths)?;
         all[0].extend(found.into_iter().map(f64::from));
         all[1].extend(
             receivers.iter().map(|r| f64::from(fragments::percentage_closer_single(&map, &kernel, r))),
@@ -265,10 +266,10 @@ fn quantise_and_decode(published: &Published) -> Result<(), Failed> {
         values.chunks_exact(m).zip(out.chunks_exact_mut(m)).for_each(|(from, to)| apply(from, to));
         out
     };
-    let found = Device::shared()?.map(&functions, &call("quantise"), (&moments, m), m)?;
+    let found = compute::map(&functions, &call("quantise"), (&moments, m), m, None)?;
     let truth = exact(&moments, &|b, out| transform.apply(b, out));
     compare(&format!("{}, transform", published.name), &found, &single, &truth, &[1.0])?;
-    let found = Device::shared()?.map(&functions, &call("dequantise"), (&single, m), m)?;
+    let found = compute::map(&functions, &call("dequantise"), (&single, m), m, None)?;
     let mut decoded = vec![0.0; single.len()];
     single.chunks_exact(m).zip(decoded.chunks_exact_mut(m)).for_each(|(from, to)| stored.decode(from, to));
     let truth = exact(&single, &|s, out| transform.invert(s, out));
@@ -283,7 +284,7 @@ fn encode(technique: &dyn Technique) -> Result<(), Failed> {
     let call = "
     var stored = encode(inputs[start]);
     for (var k = 0u; k < CHANNELS; k++) { outputs[first + k] = stored[k]; }";
-    let found = Device::shared()?.map(&shader, call, (&depths, 1), channels)?;
+    let found = compute::map(&shader, call, (&depths, 1), channels, None)?;
     let (mut single, mut exact) = (vec![0.0; found.len()], vec![0.0; found.len()]);
     for (i, &depth) in depths.iter().enumerate() {
         let place = i * channels..(i + 1) * channels;

@@ -2,10 +2,10 @@
 //! k-th fragment of each texel through, in drawing order. Coverage and depth come from the driver's own rasteriser,
 //! so this shares nothing with the renderer's shaders.
 
+use graphics_device::{DeviceError, GraphicsDevice};
 use libtest_mimic::Failed;
 use scenes::*;
 use shadow_renderer::*;
-use wgpu::util::DeviceExt;
 
 use crate::scenes::{Random, SLANTED, jittered_plane, scene_of, soup};
 
@@ -20,7 +20,7 @@ pub fn agrees_with_the_stack() -> Result<(), Failed> {
         let layers = stack.layer_statistics().max;
         assert!((1..200).contains(&layers), "{layers} layers");
         // One pass more than there are layers: it must come back empty.
-        let routed = route(&scene, &report.frame, layers + 1);
+        let routed = route(&scene, &report.frame, layers + 1)?;
         for texel in 0..(SIZE * SIZE) as usize {
             let mut found: Vec<f32> = routed.iter().map(|pass| pass[texel]).filter(|d| *d >= 0.0).collect();
             found.sort_by(f32::total_cmp);
@@ -42,11 +42,8 @@ pub fn agrees_with_the_stack() -> Result<(), Failed> {
 }
 
 /// For each pass the depth at every texel, or -1.
-fn route(scene: &Scene, frame: &LightFrame, passes: u32) -> Vec<Vec<f32>> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle().with_env());
-    let adapter = pollster::block_on(instance.request_adapter(&Default::default())).unwrap();
-    let (device, queue) = pollster::block_on(adapter.request_device(&Default::default())).unwrap();
-
+fn route(scene: &Scene, frame: &LightFrame, passes: u32) -> Result<Vec<Vec<f32>>, DeviceError> {
+    let gpu = GraphicsDevice::shared()?;
     let corners: Vec<[f32; 3]> = scene
         .triangles
         .iter()
@@ -58,88 +55,51 @@ fn route(scene: &Scene, frame: &LightFrame, passes: u32) -> Vec<Vec<f32>> {
             [device(x) as f32, -device(y) as f32, depth as f32]
         })
         .collect();
-    let vertices = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: None,
-        contents: bytemuck::cast_slice(&corners),
-        usage: wgpu::BufferUsages::VERTEX,
-    });
-    let texture = |format, usage| {
-        device.create_texture(&wgpu::TextureDescriptor {
-            label: None,
-            size: wgpu::Extent3d { width: SIZE, height: SIZE, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-            view_formats: &[],
-        })
+    let vertices = gpu.buffer_of("corners", &corners, wgpu::BufferUsages::VERTEX);
+    let target = |format, usage| {
+        gpu.texture(format, (SIZE, SIZE), 1, 1, wgpu::TextureUsages::RENDER_ATTACHMENT | usage)
     };
-    let color = texture(wgpu::TextureFormat::R32Float, wgpu::TextureUsages::COPY_SRC);
-    let stencil = texture(wgpu::TextureFormat::Stencil8, wgpu::TextureUsages::empty());
-    let pipeline = pipeline(&device);
-    let row_bytes = SIZE * 4; // a multiple of 256, as copies need
-    let read_back = device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: u64::from(row_bytes * SIZE),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
+    let color = target(wgpu::TextureFormat::R32Float, wgpu::TextureUsages::COPY_SRC);
+    let stencil = target(wgpu::TextureFormat::Stencil8, wgpu::TextureUsages::empty());
     let (color_view, stencil_view) =
         (color.create_view(&Default::default()), stencil.create_view(&Default::default()));
+    let pipeline = pipeline(gpu);
     (0..passes)
         .map(|k| {
-            let mut encoder = device.create_command_encoder(&Default::default());
-            {
-                let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                        view: &color_view,
-                        depth_slice: None,
-                        resolve_target: None,
-                        ops: wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(wgpu::Color { r: -1.0, ..wgpu::Color::BLACK }),
-                            store: wgpu::StoreOp::Store,
-                        },
-                    })],
-                    depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                        view: &stencil_view,
-                        depth_ops: None,
-                        stencil_ops: Some(wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(k),
-                            store: wgpu::StoreOp::Store,
-                        }),
-                    }),
-                    ..Default::default()
-                });
-                pass.set_pipeline(&pipeline);
-                pass.set_vertex_buffer(0, vertices.slice(..));
-                pass.set_stencil_reference(0);
-                pass.draw(0..corners.len() as u32, 0..1);
-            }
-            encoder.copy_texture_to_buffer(
-                color.as_image_copy(),
-                wgpu::TexelCopyBufferInfo {
-                    buffer: &read_back,
-                    layout: wgpu::TexelCopyBufferLayout {
-                        offset: 0,
-                        bytes_per_row: Some(row_bytes),
-                        rows_per_image: None,
+            let mut encoder = gpu.device.create_command_encoder(&Default::default());
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: &color_view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color { r: -1.0, ..wgpu::Color::BLACK }),
+                        store: wgpu::StoreOp::Store,
                     },
-                },
-                wgpu::Extent3d { width: SIZE, height: SIZE, depth_or_array_layers: 1 },
-            );
-            queue.submit([encoder.finish()]);
-            read_back.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
-            device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-            let depths = bytemuck::pod_collect_to_vec(&read_back.get_mapped_range(..).unwrap());
-            read_back.unmap();
-            depths
+                })],
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &stencil_view,
+                    depth_ops: None,
+                    stencil_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(k),
+                        store: wgpu::StoreOp::Store,
+                    }),
+                }),
+                ..Default::default()
+            });
+            pass.set_pipeline(&pipeline);
+            pass.set_vertex_buffer(0, vertices.slice(..));
+            pass.set_stencil_reference(0);
+            pass.draw(0..corners.len() as u32, 0..1);
+            drop(pass);
+            gpu.queue.submit([encoder.finish()]);
+            gpu.read_texture(&color)
         })
         .collect()
 }
 
-fn pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::include_wgsl!("stencil.wgsl"));
+fn pipeline(gpu: &GraphicsDevice) -> wgpu::RenderPipeline {
+    let module = gpu.shader(include_str!("stencil.wgsl"));
     // The stencil counts down to the fragment's turn. The fragment that passes sets it to 255, from where it counts
     // down again, too far from 0 to matter.
     let face = wgpu::StencilFaceState {
@@ -148,7 +108,7 @@ fn pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
         depth_fail_op: wgpu::StencilOperation::Keep,
         pass_op: wgpu::StencilOperation::Invert,
     };
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: None,
         layout: None,
         vertex: wgpu::VertexState {

@@ -2,6 +2,7 @@
 
 use crate::error::EvaluationError;
 use moment_problem::DepthDistribution;
+use random_stream::Random;
 use serde::{Deserialize, Serialize};
 
 /// Largest accepted number of texels along a side.
@@ -73,7 +74,7 @@ impl Kernel {
         }
         let mut depths = vec![f64::INFINITY; self.size * self.size];
         for (number, surface) in self.surface.iter().enumerate() {
-            let mut random = Random::new(seed, index as u64, number as u64);
+            let mut random = Random::substream(seed, index as u64, number as u64);
             for (texel, nearest) in depths.iter_mut().enumerate() {
                 let centre = |i: usize| (i as f64 + 0.5) / self.size as f64;
                 let (x, y) = (centre(texel % self.size), centre(texel / self.size));
@@ -110,31 +111,6 @@ impl Region {
 pub fn uniform_distribution(depths: &[f64]) -> Result<DepthDistribution, EvaluationError> {
     let weights = vec![1.0 / depths.len() as f64; depths.len()];
     DepthDistribution::new(depths, &weights).map_err(|error| EvaluationError::Value(error.to_string()))
-}
-
-/// SplitMix64, whose stream is part of the records: no dependency may change it.
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64, stream: u64, substream: u64) -> Self {
-        let mut random = Self(seed);
-        let mixed = random.next() ^ stream.wrapping_mul(0xd1b5_4a32_d192_ed03);
-        let mut random = Self(mixed);
-        Self(random.next() ^ substream.wrapping_mul(0x8cb9_2ba7_2f3d_8dd7))
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    /// Uniform in \[0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 #[cfg(test)]

@@ -8,14 +8,13 @@ mod error;
 mod experiment;
 mod kernel;
 mod kinds;
-mod lines;
-mod method;
 mod provenance;
+mod role;
 mod run;
 mod run_directory;
 
 pub use error::EvaluationError;
-pub use experiment::{Experiment, Kind, Scale};
+pub use experiment::{Experiment, Scale};
 pub use kernel::{Kernel, Region, Surface, uniform_distribution};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsRecord, BoundsSample, Figure, KernelRecord, Mark, Technique, Timing,
@@ -34,17 +33,18 @@ pub use kinds::search::{
     SearchReference, SearchSample, SearchTiming, SearchViewRecord, Shard, StageRecord,
 };
 pub use kinds::speed_accuracy::{
-    Advice, AdviceOptions, Blend, CandidateSetting, Choice, ComparisonSetting, DEFAULT_CANDIDATES,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare,
-    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming, SpeedViewRecord,
+    Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
+    DEFAULT_CANDIDATES, EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting,
+    OrderShare, PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample,
+    SpeedTiming, SpeedViewRecord,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Storage, Timed,
     WorstRecord,
 };
-pub use method::{Domain, Method, Solver, method};
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
+pub use role::{Role, with_role};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::techniques::MomentBound;

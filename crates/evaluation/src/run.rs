@@ -1,8 +1,9 @@
 //! From an experiment to a run directory.
 
 use crate::error::EvaluationError;
-use crate::experiment::{Experiment, Kind, Scale};
-use crate::kinds::search::{CHECKPOINT, Prediction, SearchContext, Shard};
+use crate::experiment::kind::RunContext;
+use crate::experiment::{Experiment, Scale};
+use crate::kinds::search::{CHECKPOINT, Prediction, Shard};
 use crate::provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
 use rayon::ThreadPoolBuilder;
@@ -76,30 +77,14 @@ impl Experiment {
             Some(directory) => directory,
             None => RunDirectory::create(options.results, &self.name, &format!("{name}-{tag}"))?,
         };
-        let (result, seed) = match &self.kind {
-            Kind::Bounds(experiment) => (pool.install(|| experiment.run(options.progress)), experiment.seed),
-            Kind::Filterable(experiment) => {
-                (pool.install(|| experiment.run(options.progress)), experiment.seed)
-            }
-            Kind::Quantization(experiment) => {
-                (pool.install(|| experiment.run(options.progress)), experiment.seed)
-            }
-            Kind::Stability(experiment) => {
-                (pool.install(|| experiment.run(options.progress)), experiment.seed)
-            }
-            Kind::SpeedAccuracy(experiment) => {
-                (pool.install(|| experiment.run(options.progress)), experiment.seed)
-            }
-            Kind::Search(experiment) => {
-                let context = SearchContext {
-                    directory: directory.path(),
-                    shard: options.shard,
-                    merge: options.merge,
-                    identity: self.identity(&options.build),
-                };
-                (pool.install(|| experiment.run(&context, options.progress)), experiment.seed)
-            }
+        let context = RunContext {
+            progress: options.progress,
+            directory: directory.path(),
+            shard: options.shard,
+            merge: options.merge,
+            identity: self.identity(&options.build),
         };
+        let result = pool.install(|| self.settings.run(&context));
         let located = |error| self.located(error, options.scale);
         let recorded = result.inspect_err(|_| directory.remove_if_empty()).map_err(located)?;
         if !recorded.complete {
@@ -117,7 +102,7 @@ impl Experiment {
             build: options.build.clone(),
             command: options.command.clone(),
             scale: options.scale.to_string(),
-            seed,
+            seed: self.settings.seed(),
             threads,
             started,
             seconds: (clock.elapsed().as_secs_f64() * 1e3).round() / 1e3,
@@ -172,13 +157,13 @@ impl Experiment {
     /// # Errors
     /// As [`Experiment::run`]; [`EvaluationError::Value`] for experiments of another kind.
     pub fn predict(&self, threads: Option<usize>) -> Result<Prediction, EvaluationError> {
-        let Kind::Search(experiment) = &self.kind else { return Err(self.no_search("--dry-run")) };
         let (threads, pool) = pool(threads)?;
-        pool.install(|| experiment.predict(threads))
+        let prediction = pool.install(|| self.settings.predict(threads));
+        prediction.unwrap_or_else(|| Err(self.no_search("--dry-run")))
     }
 
     fn check_options(&self, options: &RunOptions<'_>) -> Result<(), EvaluationError> {
-        if matches!(self.kind, Kind::Search(_)) {
+        if self.can_resume() {
             if options.shard.is_some() && !options.merge.is_empty() {
                 let reason = "--shard and --merge exclude each other: shards are merged into the whole";
                 return Err(EvaluationError::Value(reason.to_owned()));

@@ -1,5 +1,7 @@
 //! Why a graphics device could not be used.
 
+use shaders::ShaderError;
+
 /// What a graphics device answers instead of a result.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DeviceError {
@@ -15,6 +17,9 @@ pub enum DeviceError {
     /// Something that this adapter does not offer.
     #[error("{0}")]
     Unsupported(String),
+    /// A shader that cannot be run.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
     /// Work that was refused or failed; the device's words.
     #[error("{0}")]
     Failed(String),

@@ -2,14 +2,12 @@
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use moment_problem::arithmetic::FloatFloat;
-use moment_problem::batch::{
-    Batch, VectorWidth, chebyshev_batch_at, hamburger4_batch_at, hamburger6_batch_at,
-};
 use moment_problem::hamburger::hamburger;
 use moment_problem::hausdorff::hausdorff4;
 use moment_problem::trigonometric::trigonometric4;
 use moment_problem::{
-    Basis, DepthDistribution, ExchangeSimplex, Hamburger, LinearProgram, LowerBound, LpSolver,
+    Basis, DepthDistribution, ExchangeSimplex, Hamburger, LinearProgram, LowerBound, LpSolver, MomentBound,
+    VectorWidth,
 };
 use std::hint::black_box;
 
@@ -109,23 +107,17 @@ fn batches(criterion: &mut Criterion) {
         }
         z_f.push(*depth as f32);
     }
-    let [b1, b2, b3, b4, b5, b6] = moments.each_ref().map(Vec::as_slice);
+    let columns = moments.each_ref().map(Vec::as_slice);
     let mut lower = vec![0.0f32; COUNT];
     for width in VectorWidth::available() {
         let mut group = criterion.benchmark_group(format!("f32 batch {width:?}"));
         group.throughput(Throughput::Elements(COUNT as u64));
-        let two = Batch { moments: [b1, b2], z_f: &z_f };
-        let four = Batch { moments: [b1, b2, b3, b4], z_f: &z_f };
-        let six = Batch { moments: [b1, b2, b3, b4, b5, b6], z_f: &z_f };
-        group.bench_function("Chebyshev", |bencher| {
-            bencher.iter(|| chebyshev_batch_at(width, black_box(&two), &mut lower))
-        });
-        group.bench_function("Hamburger 4", |bencher| {
-            bencher.iter(|| hamburger4_batch_at(width, black_box(&four), &mut lower))
-        });
-        group.bench_function("Hamburger 6", |bencher| {
-            bencher.iter(|| hamburger6_batch_at(width, black_box(&six), &mut lower))
-        });
+        for bound in [MomentBound::Hamburger2, MomentBound::Hamburger4, MomentBound::Hamburger6] {
+            group.bench_function(bound.name(), |bencher| {
+                let moments = &columns[..bound.order()];
+                bencher.iter(|| bound.lower_bounds(width, black_box(moments), &z_f, &mut lower))
+            });
+        }
         group.finish();
     }
 }

@@ -72,7 +72,7 @@ impl<R: Real> Factors<R> {
     }
 
     /// y with A^T y = c.
-    pub fn solve_transposed(&self, c: &[R]) -> Vec<R> {
+    pub(crate) fn solve_transposed(&self, c: &[R]) -> Vec<R> {
         let mut t = c.to_vec();
         for i in 0..self.size {
             for j in 0..i {

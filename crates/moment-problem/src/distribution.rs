@@ -6,7 +6,7 @@ use crate::error::DistributionError;
 
 /// Accepted deviation of the sum of the weights from 1, so that a hand-written 0.333333 is no error. The weights are
 /// then divided by their sum.
-pub const WEIGHT_SUM_TOLERANCE: f64 = 2e-6;
+const WEIGHT_SUM_TOLERANCE: f64 = 2e-6;
 
 /// Finitely many depths with weights: the distribution Z of MSM15 section 3.
 ///

@@ -46,14 +46,6 @@ pub enum BasisError {
         /// Where.
         z: f64,
     },
-    /// A family file that cannot be read.
-    #[error("basis family {path}: {reason}")]
-    Family {
-        /// The file.
-        path: String,
-        /// What is wrong with it.
-        reason: String,
-    },
 }
 
 /// A depth distribution that is none.

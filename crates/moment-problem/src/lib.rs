@@ -12,7 +12,9 @@
 //!   [`LinearProgram`].
 //! - [`fast_simplex`]: the same program on one finite support for millions of kernels, certified.
 //! - [`hamburger`], [`hausdorff`], [`trigonometric`], [`markov`]: the same closed forms as plain functions over `f32`,
-//!   `f64` or [`arithmetic::DoubleDouble`]; [`batch`]: many at once; [`textbook`]: as published, for comparison.
+//!   `f64` or [`arithmetic::DoubleDouble`]; [`textbook`]: as published, for comparison.
+//! - [`MomentBound`]: the closed forms that shadow maps use, with all that is known of each; many fragments at once.
+//! - [`wgsl`]: their shader twins.
 //!
 //! ```
 //! use moment_problem::{Basis, DepthDistribution, ExchangeSimplex, Hamburger, LowerBound, hamburger};
@@ -46,10 +48,12 @@ mod distribution;
 mod error;
 pub mod fast_simplex;
 
-pub use basis::{Basis, BasisFunction, DEFAULT_FAMILY, FunctionKind, MAX_FUNCTIONS};
-pub use certified::{Bounds, CERTIFIED_GAP, Certificate, FEASIBILITY_TOLERANCE, Interval, LowerBound};
+pub use basis::{Basis, BasisFunction, FunctionKind, MAX_FUNCTIONS};
+pub use certified::{Bounds, Certificate, Interval, LowerBound};
 pub use certified::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
-pub use certified::{ExchangeSimplex, LinearProgram, LpSolver, PreparedBasis};
-pub use closed_forms::{MomentBound, batch, hamburger, hausdorff, markov, roots, textbook, trigonometric};
-pub use distribution::{DepthDistribution, WEIGHT_SUM_TOLERANCE};
+pub use certified::{ExchangeSimplex, LinearProgram, LpSolver, Method, Solver, method};
+pub use closed_forms::{
+    MomentBound, VectorWidth, hamburger, hausdorff, markov, textbook, trigonometric, wgsl,
+};
+pub use distribution::DepthDistribution;
 pub use error::{BasisError, DistributionError, MomentError};

@@ -8,40 +8,24 @@ use moment_problem::arithmetic::{FloatFloat, Real};
 use moment_problem::hamburger::{Pair, chebyshev, hamburger, hamburger4};
 use moment_problem::hausdorff::hausdorff4;
 use moment_problem::trigonometric::trigonometric4;
+use random_stream::Random;
 
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut mixed = self.0;
-        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        mixed ^ (mixed >> 31)
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// 1 down to 1e-12, every power of ten as often.
-    fn small(&mut self) -> f64 {
-        10f64.powf(-12.0 * self.unit())
-    }
+/// 1 down to 1e-12, every power of ten as often.
+fn small(random: &mut Random) -> f64 {
+    10f64.powf(-12.0 * random.unit())
 }
 
 /// Eight power moments and four trigonometric ones of a kernel that is hard in some way, and z_f.
 fn input(random: &mut Random) -> ([f64; 8], [f64; 4], f64) {
-    let family = random.next() % 8;
-    let count = 1 + (random.next() % 5) as usize;
+    let family = random.next_bits() % 8;
+    let count = 1 + (random.next_bits() % 5) as usize;
     let centre = random.unit();
-    let spread = random.small();
+    let spread = small(random);
     let mut depths: Vec<f64> = (0..count)
         .map(|_| match family {
             // One thick surface, or surfaces close to each other, or at the ends of the range.
             0 | 1 => centre + spread * (random.unit() - 0.5),
-            2 => (random.next() % 2) as f64 + spread * (random.unit() - 0.5),
+            2 => (random.next_bits() % 2) as f64 + spread * (random.unit() - 0.5),
             _ => random.unit(),
         })
         .collect();
@@ -50,7 +34,7 @@ fn input(random: &mut Random) -> ([f64; 8], [f64; 4], f64) {
         depths = vec![centre - 0.5 * spread, centre, centre + 0.5 * spread];
     }
     let mut weights: Vec<f64> =
-        depths.iter().map(|_| if family == 4 { random.small() } else { 0.01 + random.unit() }).collect();
+        depths.iter().map(|_| if family == 4 { small(random) } else { 0.01 + random.unit() }).collect();
     let total: f64 = weights.iter().sum();
     weights.iter_mut().for_each(|weight| *weight /= total);
     let mean = |of: &dyn Fn(f64) -> f64| depths.iter().zip(&weights).map(|(&z, w)| w * of(z)).sum::<f64>();
@@ -64,18 +48,18 @@ fn input(random: &mut Random) -> ([f64; 8], [f64; 4], f64) {
     for value in powers.iter_mut().chain(&mut waves) {
         match family {
             // Noise of any size, steps of a format, and no moments at all.
-            5 => *value += random.small() * (random.unit() - 0.5),
+            5 => *value += small(random) * (random.unit() - 0.5),
             6 => *value = (*value * 1023.0).round() / 1023.0,
-            7 if random.next().is_multiple_of(4) => *value = nothing[(random.next() % 8) as usize],
+            7 if random.next_bits().is_multiple_of(4) => *value = nothing[(random.next_bits() % 8) as usize],
             7 => *value = 4.0 * random.unit() - 2.0,
             _ => {}
         }
     }
-    let z_f = match random.next() % 6 {
+    let z_f = match random.next_bits() % 6 {
         0 => depths[0],
-        1 => depths[0] + random.small() * (random.unit() - 0.5),
-        2 => (random.next() % 2) as f64,
-        3 if family == 7 => nothing[(random.next() % 8) as usize],
+        1 => depths[0] + small(random) * (random.unit() - 0.5),
+        2 => (random.next_bits() % 2) as f64,
+        3 if family == 7 => nothing[(random.next_bits() % 8) as usize],
         _ => random.unit(),
     };
     (powers, waves, z_f)
@@ -111,7 +95,7 @@ fn every_input_has_bounds_in_order_between_0_and_1() {
     std::thread::scope(|scope| {
         for thread in 0..threads {
             scope.spawn(move || {
-                let mut random = Random(thread);
+                let mut random = Random::new(thread);
                 for _ in 0..inputs / threads {
                     let (powers, waves, z_f) = input(&mut random);
                     check::<f32>(&powers, &waves, z_f, "f32");

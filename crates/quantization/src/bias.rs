@@ -98,7 +98,7 @@ pub fn biased(b: &[f64], target: &[f64], alpha: f64) -> Vec<f64> {
 const HALVINGS: usize = 60;
 
 /// Least alpha that is told from 0: rounding in double precision moves vectors by about as much.
-pub const SMALLEST_ALPHA: f64 = 1e-15;
+const SMALLEST_ALPHA: f64 = 1e-15;
 
 /// The smallest alpha for which the biased vector is valid; 0 if it is valid as it stands, 1 if no alpha below 1 helps.
 /// The valid set is convex and holds b*, so that every larger alpha is valid too.
@@ -235,11 +235,11 @@ pub const CIRCULATED: [Circulated; 12] = [
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random_stream::Random;
 
     /// Vectors of kernels with so many surfaces, each with its mirror image.
     fn workload(basis: &Basis, surfaces: usize, count: usize, interval: DepthInterval) -> Vec<Vec<f64>> {
-        let mut random = Random::new(1, surfaces as u64);
+        let mut random = Random::stream(1, surfaces as u64);
         let mut vectors = Vec::new();
         for _ in 0..count {
             let t: Vec<f64> = (0..surfaces).map(|_| 2.0 * random.unit() - 1.0).collect();
@@ -282,7 +282,7 @@ mod tests {
         for circulated in CIRCULATED.iter().filter(|c| c.basis == "power:6") {
             assert!(value(circulated.target) < best_value + 1e-6, "{circulated:?}");
         }
-        let mut random = Random::new(5, 0);
+        let mut random = Random::stream(5, 0);
         for _ in 0..50 {
             let depths: Vec<f64> = (0..5).map(|_| 2.0 * random.unit() - 1.0).collect();
             assert!(value(&Target::new(&basis, &depths, &[0.2; 5]).moments) < best_value);

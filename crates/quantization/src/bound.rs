@@ -19,7 +19,7 @@ use nalgebra::DMatrix;
 
 /// Largest determinant of an m x m matrix of zeros and ones, m = 0 to 16 (Hadamard's maximal determinant problem, OEIS
 /// A003432; each value is proved).
-pub const LARGEST_BINARY_DETERMINANT: [u32; 17] =
+const LARGEST_BINARY_DETERMINANT: [u32; 17] =
     [1, 1, 1, 2, 3, 5, 9, 32, 56, 144, 320, 1458, 3645, 9477, 25515, 131_072, 327_680];
 
 /// Rounds of moving every depth to its best place. Convergence is fast; any depths give a valid bound.

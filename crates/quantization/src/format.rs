@@ -29,6 +29,16 @@ const LARGEST_F16: f64 = 65504.0;
 const F16_LEAST_EXPONENT: i32 = -14;
 const F16_FRACTION_BITS: i32 = 10;
 
+/// How numbers become bits.
+enum Coding {
+    /// Multiples of 1 / steps from 0 to 1.
+    Fixed {
+        steps: f64,
+    },
+    Half,
+    Single,
+}
+
 impl NumberFormat {
     /// Name in experiments: `unorm10`, `unorm16`, `f16`, `f32`, `u32/N`.
     pub fn name(self) -> String {
@@ -49,23 +59,23 @@ impl NumberFormat {
     pub fn bits_per_texel(self, channels: usize) -> usize {
         match self {
             Self::Unorm10 => 32 * channels.div_ceil(3),
-            _ => self.bits() * channels,
+            Self::Unorm16 | Self::F16 | Self::F32 | Self::U32Fixed { .. } => self.bits() * channels,
         }
     }
 
-    /// Codes between 0 and 1, for fixed point.
-    fn steps(self) -> Option<f64> {
+    fn coding(self) -> Coding {
         match self {
-            Self::Unorm10 => Some(1023.0),
-            Self::Unorm16 => Some(65535.0),
-            Self::U32Fixed { texels } => Some(f64::from(Self::fixed_point_scale(texels))),
-            Self::F16 | Self::F32 => None,
+            Self::Unorm10 => Coding::Fixed { steps: 1023.0 },
+            Self::Unorm16 => Coding::Fixed { steps: 65535.0 },
+            Self::U32Fixed { texels } => Coding::Fixed { steps: f64::from(Self::fixed_point_scale(texels)) },
+            Self::F16 => Coding::Half,
+            Self::F32 => Coding::Single,
         }
     }
 
     /// The code of 1 in fixed point for kernels of N texels: the largest whole number of which N fit into 32 bits.
     /// BHS16 takes (2^32 - 1) / N itself, whose rounding up would let N ones overflow. N = 0 counts as 1.
-    pub fn fixed_point_scale(texels: u32) -> u32 {
+    pub(crate) fn fixed_point_scale(texels: u32) -> u32 {
         u32::MAX / texels.max(1)
     }
 
@@ -74,21 +84,21 @@ impl NumberFormat {
     /// (sections 3.2.3.6 and 3.1.3).
     pub fn encode(self, value: f64) -> u32 {
         let value = if value.is_nan() { 0.0 } else { value };
-        match (self, self.steps()) {
+        match self.coding() {
             // A saturating cast of a number within the type's range.
-            (_, Some(steps)) => (value.clamp(0.0, 1.0) * steps + 0.5).floor() as u32,
-            (Self::F16, _) => half_bits(value),
-            _ => (value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32).to_bits(),
+            Coding::Fixed { steps } => (value.clamp(0.0, 1.0) * steps + 0.5).floor() as u32,
+            Coding::Half => half_bits(value),
+            Coding::Single => (value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32).to_bits(),
         }
     }
 
     /// The value of stored bits. Bits of infinities and NaN, which [`NumberFormat::encode`] never makes, count as the
     /// largest finite number and as 0.
     pub fn decode(self, code: u32) -> f64 {
-        match (self, self.steps()) {
-            (_, Some(steps)) => f64::from(code) / steps,
-            (Self::F16, _) => half_value(code),
-            _ => {
+        match self.coding() {
+            Coding::Fixed { steps } => f64::from(code) / steps,
+            Coding::Half => half_value(code),
+            Coding::Single => {
                 let value = f32::from_bits(code);
                 let value = if value.is_nan() { 0.0 } else { value.clamp(f32::MIN, f32::MAX) };
                 f64::from(value)
@@ -125,10 +135,10 @@ impl NumberFormat {
 
     /// Largest distance of neighbouring stored values in \[0, 1\].
     pub fn step(self) -> f64 {
-        match (self, self.steps()) {
-            (_, Some(steps)) => 1.0 / steps,
-            (Self::F16, _) => 2f64.powi(-F16_FRACTION_BITS - 1),
-            _ => 0.5 * f64::from(f32::EPSILON),
+        match self.coding() {
+            Coding::Fixed { steps } => 1.0 / steps,
+            Coding::Half => 2f64.powi(-F16_FRACTION_BITS - 1),
+            Coding::Single => 0.5 * f64::from(f32::EPSILON),
         }
     }
 }

@@ -109,12 +109,13 @@ impl MomentMatrix {
     }
 
     /// Whether B is positive definite, so that Problem 1 of MSM15 has a solution for b.
-    pub fn is_valid(&self, b: &[f64]) -> bool {
+    pub(crate) fn is_valid(&self, b: &[f64]) -> bool {
         self.pivots(b, |_| {})
     }
 
     /// ln det B, or -infinity for a vector that is not valid.
-    pub fn ln_determinant(&self, b: &[f64]) -> f64 {
+    #[cfg(test)]
+    pub(crate) fn ln_determinant(&self, b: &[f64]) -> f64 {
         let mut sum = 0.0;
         if self.pivots(b, |pivot| sum += pivot.ln()) { sum } else { f64::NEG_INFINITY }
     }

@@ -5,7 +5,6 @@ use crate::chebyshev;
 use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
 use crate::polish::{Polished, polish};
-use crate::random::Random;
 use crate::range::ranges;
 use crate::row_program::{Block, Vertex};
 use crate::search::{Ascent, ascend};
@@ -13,6 +12,7 @@ use crate::transform::AffineTransform;
 use crate::working_basis::{Parity, WorkingBasis};
 use moment_problem::Basis;
 use moment_problem::arithmetic::{DoubleDouble, Real};
+use random_stream::Random;
 use rayon::prelude::*;
 
 /// Which entries of the matrix may differ from zero.
@@ -31,7 +31,7 @@ pub enum Structure {
 pub struct Search {
     /// Structure of the matrix.
     pub structure: Structure,
-    /// Random starts; without it as many as [`default_starts`] says.
+    /// Random starts; without it 48 up to order 4, then more: 256, 1024, beyond order 8 as many as a minute allows.
     pub starts: Option<usize>,
     /// Seed of the starts.
     pub seed: u64,
@@ -58,7 +58,7 @@ pub struct Optimum {
 
 /// Starts that found the best known transform of power bases several times over with three different seeds; beyond
 /// order 8 as many as a minute allows.
-pub fn default_starts(order: usize) -> usize {
+fn default_starts(order: usize) -> usize {
     match order {
         0..=4 => 48,
         5 | 6 => 256,
@@ -175,7 +175,7 @@ fn best_of(
     let number = |start: usize| (start as u64) << 1 | stream;
     let mut ascents: Vec<Ascent> = (0..starts)
         .into_par_iter()
-        .filter_map(|start| ascend(block, &vertex, &mut Random::new(seed, number(start))))
+        .filter_map(|start| ascend(block, &vertex, &mut Random::stream(seed, number(start))))
         .collect();
     // Stable: equal gains stay in the order of their starts, whatever the threads did.
     ascents.sort_by(|a, b| b.bits.total_cmp(&a.bits));

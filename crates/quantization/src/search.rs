@@ -1,8 +1,8 @@
 //! Cyclic ascent over the rows from many random starts.
 
-use crate::random::Random;
 use crate::row_program::{Block, Row, Vertex};
 use nalgebra::DMatrix;
+use random_stream::Random;
 
 /// A sweep over all rows that gains less than this many bits ends an ascent on the grid, whose own error is larger.
 const SETTLED_BITS: f64 = 1e-7;

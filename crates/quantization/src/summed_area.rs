@@ -112,14 +112,14 @@ impl SummedAreaTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use random_stream::Random;
 
     /// Whole maps of ones are the worst case: prefix sums pass 2^32 many times, kernels reach it but for one code.
     #[test]
     fn sums_are_exact_up_to_the_stated_size_although_prefix_sums_overflow() {
         let (width, height) = (64, 48);
         for (texels, ones) in [(81, true), (81, false), (256, false), (7, true), (1, false)] {
-            let mut random = Random::new(3, u64::from(texels));
+            let mut random = Random::stream(3, u64::from(texels));
             let value = |r: &mut Random| if ones { 1.0 } else { r.unit() };
             let values: Vec<f64> = (0..width * height * 2).map(|_| value(&mut random)).collect();
             let table = SummedAreaTable::new((width, height, 2), &values, texels).unwrap();

@@ -17,6 +17,12 @@ pub enum ReportError {
         /// The reason.
         reason: String,
     },
+    /// No page is known for it.
+    #[error("experiments of kind `{kind}` have no page")]
+    Kind {
+        /// The kind.
+        kind: &'static str,
+    },
     /// Nothing to draw.
     #[error("{figure} has no records to draw")]
     Empty {

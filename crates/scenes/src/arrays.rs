@@ -2,13 +2,11 @@
 
 use crate::Vertex;
 use crate::error::FileFault;
+use crate::scene::MAX_COORDINATE;
 use crate::vector::{cross, dot};
 
-/// Largest magnitude of a world-space coordinate. Squares of differences stay finite in 32-bit floats.
-pub const MAX_COORDINATE: f64 = 1e15;
-
 /// Most triangles of one scene, counted with repetition where a mesh is instanced; also bounds the vertices.
-pub const MAX_TRIANGLES: u64 = 1 << 24;
+pub(crate) const MAX_TRIANGLES: u64 = 1 << 24;
 
 /// One indexed mesh in world space.
 #[derive(Debug, Default)]

@@ -64,8 +64,8 @@ pub enum FileFault {
         /// How many elements exist.
         count: u64,
     },
-    /// A vector with a component that is NaN, infinite or larger than [`MAX_COORDINATE`](crate::MAX_COORDINATE).
-    #[error("{at}: value {value:?} is not finite or exceeds {limit:e}", limit = crate::MAX_COORDINATE)]
+    /// A vector with a component that is NaN, infinite or larger than 1e15.
+    #[error("{at}: value {value:?} is not finite or exceeds {limit:e}", limit = crate::scene::MAX_COORDINATE)]
     NotFinite {
         /// Place inside the file.
         at: String,

@@ -5,7 +5,7 @@ use crate::vector::{cross, dot, normalize};
 use crate::{Camera, Material};
 
 /// Name of the material of a ground plane that was added on loading.
-pub const GROUND_ADDED: &str = "ground_added";
+pub(crate) const GROUND_ADDED: &str = "ground_added";
 
 /// Cells along each side of the grid on which ground coverage is judged.
 const GROUND_CELLS: usize = 48;
@@ -133,7 +133,7 @@ pub(crate) fn add_ground(arrays: &mut SceneArrays, materials: &mut Vec<Material>
     materials.push(Material { name: GROUND_ADDED.into(), albedo: [0.5; 3], mask: None });
 }
 
-/// From the centre of the scene towards the fitted camera: above, and so that [`crate::DEFAULT_LIGHT`] comes from the
+/// From the centre of the scene towards the fitted camera: above, and so that [`DEFAULT_LIGHT`](crate::load::DEFAULT_LIGHT) comes from the
 /// left and a little from behind. Against the light a picture would show little but unlit surfaces.
 const TOWARDS_CAMERA: [f64; 3] = [-0.6, 0.55, 0.6];
 

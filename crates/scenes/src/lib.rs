@@ -11,10 +11,8 @@ mod scene;
 pub mod vector;
 mod views;
 
-pub use arrays::{MAX_COORDINATE, MAX_TRIANGLES};
 pub use error::{FileFault, InvalidScene, SceneError};
-pub use fit::GROUND_ADDED;
-pub use load::{DEFAULT_LIGHT, MAX_FILE_BYTES, load_gltf_bytes, load_obj_bytes, load_scene};
+pub use load::{load_gltf_bytes, load_obj_bytes, load_scene};
 pub use procedural::procedural;
 pub use scene::{AlphaMask, Camera, LightView, Material, Scene, Vertex};
 pub use views::read_views;

@@ -2,6 +2,9 @@
 
 use std::sync::Arc;
 
+/// Largest magnitude of a world-space coordinate. Squares of differences stay finite in 32-bit floats.
+pub(crate) const MAX_COORDINATE: f64 = 1e15;
+
 /// One corner of a triangle, in world space (right-handed, y up).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Vertex {

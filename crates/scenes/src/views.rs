@@ -4,9 +4,10 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use crate::LightView;
 use crate::error::{FileFault, SceneError};
 use crate::load::source::read_limited;
-use crate::{LightView, MAX_COORDINATE};
+use crate::scene::MAX_COORDINATE;
 
 /// Largest accepted views file: far more than anyone writes by hand.
 const MAX_VIEWS_BYTES: u64 = 1 << 20;

@@ -66,6 +66,17 @@ fn container_lengths_are_checked() {
     assert!(patch(bin_header + 4, 0).contains("buffers[0]: has no uri and no binary chunk"));
 }
 
+/// As [`edited`], for a stride of the first buffer view.
+fn strided(stride: u64, expected: &str) {
+    let view = "\"byteOffset\":0,\"byteLength\":48";
+    edited(view, &format!("{view},\"byteStride\":{stride}"), expected);
+}
+
+/// As [`edited`], for the matrix of the camera's node.
+fn placed(matrix: &str, expected: &str) {
+    edited("[1,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]", matrix, expected);
+}
+
 #[test]
 fn accessors_and_views_stay_inside_their_bytes() {
     edited(
@@ -96,26 +107,10 @@ fn accessors_and_views_stay_inside_their_bytes() {
         "bufferViews[3]: byteOffset 18446744073709551610",
     );
     edited("\"buffers\":[{\"byteLength\":", "\"buffers\":[{\"byteLength\":9", "buffers[0]: byteLength 9");
-    edited(
-        "\"byteOffset\":0,\"byteLength\":48",
-        "\"byteOffset\":0,\"byteLength\":48,\"byteStride\":4",
-        "byteStride 4 is smaller than the element size 12",
-    );
-    edited(
-        "\"byteOffset\":0,\"byteLength\":48",
-        "\"byteOffset\":0,\"byteLength\":48,\"byteStride\":16",
-        "16 apart, exceeds the 48 bytes",
-    );
-    edited(
-        "\"byteOffset\":0,\"byteLength\":48",
-        "\"byteOffset\":0,\"byteLength\":48,\"byteStride\":0",
-        "byteStride: Invalid value",
-    );
-    edited(
-        "\"byteOffset\":0,\"byteLength\":48",
-        "\"byteOffset\":0,\"byteLength\":48,\"byteStride\":4000000000",
-        "byteStride: Invalid value",
-    );
+    strided(4, "byteStride 4 is smaller than the element size 12");
+    strided(16, "16 apart, exceeds the 48 bytes");
+    strided(0, "byteStride: Invalid value");
+    strided(4000000000, "byteStride: Invalid value");
 }
 
 #[test]
@@ -184,22 +179,17 @@ fn indices_and_numbers_out_of_range_are_named() {
         "[1,0,0,0,0,1,0,0,0,0,1e99,0,0,2,5,1]",
         "nodes[2]: matrix [",
     );
-    edited(
-        "[1,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]",
+    placed(
         "[1,0,0,0.5,0,1,0,0,0,0,1,0,0,2,5,1]",
         "nodes[2]: matrix with bottom row [0.5, 0.0, 0.0, 1.0] is not affine",
     );
-    edited("[1,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]", "[NaN,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]", "glTF JSON");
+    placed("[NaN,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]", "glTF JSON");
     edited(
         "\"translation\":[10,0,0]",
         "\"rotation\":[0,0,0,0]",
         "nodes[0]: rotation [0.0, 0.0, 0.0, 0.0] is no unit quaternion",
     );
-    edited(
-        "[1,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]",
-        "[0,0,0,0,0,0,0,0,0,0,0,0,0,2,5,1]",
-        "cameras[0]: looks nowhere",
-    );
+    placed("[0,0,0,0,0,0,0,0,0,0,0,0,0,2,5,1]", "cameras[0]: looks nowhere");
     edited("\"yfov\":0.5", "\"yfov\":-1", "cameras[0]: yfov -1 is outside");
     edited("\"alphaCutoff\":0.3", "\"alphaCutoff\":-0.5", "materials[0]: alphaCutoff -0.5");
     overflowing(

@@ -30,12 +30,12 @@ fn pixel(@builtin(position) at: vec4<f32>) -> Pixel {
     let z_f = dot(light.depth, world) - light.towards.w;
     // Outside of control flow, where derivatives exist.
     let normal = textureLoad(normals, place, 0).xyz;
-    let unblocked = min(shadow_at(texel, z_f, plane(normal)) / (1.0 - light.map.y), 1.0);
+    let cast_shadow = min(shadow_at(texel, z_f, plane(normal)) / (1.0 - light.map.y), 1.0);
     if position.w == 0.0 {
         return Pixel(vec4<f32>(0.63, 0.74, 0.88, 1.0), 0.0);
     }
     // Surfaces that face away are in their own shadow.
-    let shadow = select(1.0, unblocked, dot(normal, light.towards.xyz) > 0.0);
+    let shadow = select(1.0, cast_shadow, dot(normal, light.towards.xyz) > 0.0);
     let albedo = textureLoad(albedos, place, 0).rgb;
     let ambient = 0.25 * (0.65 + dot(normal, vec3<f32>(-0.12, 0.35, 0.06)));
     let diffuse = 0.75 * max(dot(normal, light.towards.xyz), 0.0) * (1.0 - shadow);

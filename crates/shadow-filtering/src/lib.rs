@@ -37,14 +37,13 @@ mod stored_technique;
 mod surfaces;
 mod technique;
 pub mod techniques;
-mod unroll;
 
 pub use depth_map::{ChannelMap, DepthMap};
 pub use error::FilteringError;
 pub use filter::{encode, filter};
 pub use kernel::{Kernel, KernelSpec, MAX_KERNEL_SIZE};
 pub use operations::SPECIAL;
-pub use passes::{PassShaders, comparison_shader};
+pub use passes::comparison_shaders;
 pub use pcf::{DepthBias, Receiver, Reference};
 pub use pyramid::{mip_chain, resolve};
 pub use real_time::RealTime;

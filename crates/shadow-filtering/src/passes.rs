@@ -1,13 +1,12 @@
 //! The passes of a shadowed frame as WGSL modules: resolve with transform, filter, mip maps, shading (MSM15 section 4.4,
 //! GDC16).
 //!
-//! Textures hold four channels each, the last one possibly fewer. A module's vertex shader is `cover`; maps are bound at
-//! 0 and 1, the sampler at 2, depths at 3, and for shading the light at 10 and the surfaces at 11 to 13.
+//! Textures hold four channels each, the last one possibly fewer.
 
 use crate::kernel::Kernel;
 use crate::shaders;
 use crate::stored_technique::StoredTechnique;
-use crate::unroll::unroll;
+use ::shaders::{FrameShaders, TexelFormat, count, unroll};
 use quantization::NumberFormat;
 use std::fmt::Write as _;
 
@@ -17,36 +16,25 @@ const FRAME: &str = include_str!("frame.wgsl");
 /// Most textures of a map: more would exceed what every adapter can render to at once.
 const MAX_TEXTURES: usize = 2;
 
-/// WGSL modules of a filterable technique.
-#[derive(Clone, Debug)]
-pub struct PassShaders {
-    /// Entry point `resolve`: samples of depth to stored texels.
-    pub resolve: String,
-    /// Entry points `along_rows` and `along_columns`.
-    pub filter: String,
-    /// Entry point `halve`: the next mip level.
-    pub halve: String,
-    /// Entry point `pixel`: colour and shadow.
-    pub shade: String,
-    /// Channels of each texture.
-    pub textures: Vec<usize>,
-    /// Their number format.
-    pub format: NumberFormat,
-}
-
 impl StoredTechnique {
     /// The passes of a frame, from depth maps with so many samples; `None` where there is no shader, or where the map
     /// would need more than two textures.
-    pub fn passes(&self, kernel: &Kernel, samples: u32) -> Option<PassShaders> {
+    pub fn passes(&self, kernel: &Kernel, samples: u32) -> Option<FrameShaders> {
         let channels = self.technique().channels();
         let technique = self.technique().real_time()?.shader()?;
         let textures: Vec<usize> = (0..channels.div_ceil(4)).map(|i| (channels - 4 * i).min(4)).collect();
-        if textures.len() > MAX_TEXTURES || matches!(self.format(), NumberFormat::Unorm10) {
+        let format = match self.format() {
+            NumberFormat::Unorm16 => TexelFormat::Unorm16,
+            NumberFormat::F16 => TexelFormat::F16,
+            NumberFormat::F32 => TexelFormat::F32,
+            NumberFormat::Unorm10 | NumberFormat::U32Fixed { .. } => return None,
+        };
+        if textures.len() > MAX_TEXTURES {
             return None;
         }
         let targets = targets(channels);
         let fetch = fetch(channels);
-        let count = format!("const CHANNELS: u32 = {channels}u;\n");
+        let channel_count = count("CHANNELS", channels);
         let kernel = shaders::weights(kernel);
         let multisampled = if samples > 1 { "texture_depth_multisampled_2d" } else { "texture_depth_2d" };
         let sample = if samples > 1 { "s" } else { "0" };
@@ -59,7 +47,12 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
 "
         );
         let (quantise, dequantise) = self.transform_wgsl();
-        Some(PassShaders {
+        let filter = |axis: &str| {
+            let axis = format!("const AXIS = vec2<i32>({axis});\n");
+            let own = include_str!("filter.wgsl");
+            written(&[COVER, &channel_count, &kernel, &fetch, &targets, &axis, own])
+        };
+        Some(FrameShaders::Prefiltered {
             resolve: written(&[
                 COVER,
                 &technique,
@@ -68,11 +61,12 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
                 &targets,
                 include_str!("resolve.wgsl"),
             ]),
-            filter: written(&[COVER, &count, &kernel, &fetch, &targets, include_str!("filter.wgsl")]),
-            halve: written(&[COVER, &count, &fetch, &targets, include_str!("pyramid.wgsl")]),
+            rows: filter("1, 0"),
+            columns: filter("0, 1"),
+            halve: written(&[COVER, &channel_count, &fetch, &targets, include_str!("pyramid.wgsl")]),
             shade: written(&[COVER, &technique, &dequantise, &sampled(channels), FRAME]),
             textures,
-            format: self.format(),
+            format,
         })
     }
 }
@@ -81,16 +75,17 @@ fn written(parts: &[&str]) -> String {
     unroll(&parts.join("\n"))
 }
 
-/// WGSL of shading by percentage-closer filtering around the nearest texel of a depth map with one sample, entry point
-/// `pixel`; the receiver's plane counts up to `plane_limit`.
-pub fn comparison_shader(kernel: &Kernel, plane_limit: f64) -> String {
+/// Shading by percentage-closer filtering around the nearest texel of a depth map with one sample; the receiver's plane
+/// counts up to `plane_limit`.
+pub fn comparison_shaders(kernel: &Kernel, plane_limit: f64) -> FrameShaders {
     let shadow = "
 @group(0) @binding(3) var depths: texture_2d<f32>;
 fn shadow_at(texel: vec2<f32>, z_f: f32, gradient: vec2<f32>) -> f32 {
     return percentage_closer(depths, texel, z_f, gradient);
 }
 ";
-    [COVER, &shaders::percentage_closer(kernel, plane_limit), shadow, FRAME].join("\n")
+    let closer = shaders::percentage_closer(kernel, plane_limit);
+    FrameShaders::Comparison { shade: [COVER, &closer, shadow, FRAME].join("\n") }
 }
 
 /// `Targets` and `to_targets`.

@@ -1,36 +1,11 @@
 //! WGSL twins put together: constants of a technique, then the files that its mathematics needs.
 
 use crate::kernel::Kernel;
-use crate::unroll::unroll;
+use moment_problem::wgsl::{CHEBYSHEV, ELEMENTARY};
 use moment_problem::{Interval, MomentBound};
-use std::fmt::Write as _;
+use shaders::{array, constant, count, flag, unroll};
 
-const ELEMENTARY: &str = include_str!("techniques/elementary.wgsl");
-const CHEBYSHEV: &str = include_str!("techniques/chebyshev.wgsl");
-const ROOTS: &str = include_str!("techniques/roots.wgsl");
-const BIAS: &str = include_str!("techniques/bias.wgsl");
 const MOMENTS: &str = include_str!("techniques/moments.wgsl");
-const POWERS: &str = include_str!("techniques/powers.wgsl");
-const HAMBURGER_4: &str = include_str!("techniques/hamburger4.wgsl");
-
-/// A number as WGSL reads it back exactly.
-fn number(value: f64) -> String {
-    format!("{:?}f", value as f32)
-}
-
-fn numbers(values: impl IntoIterator<Item = f64>) -> String {
-    values.into_iter().map(number).collect::<Vec<_>>().join(", ")
-}
-
-fn constant(name: &str, value: f64) -> String {
-    format!("const {name}: f32 = {};\n", number(value))
-}
-
-fn array(name: &str, values: &[f64]) -> String {
-    let count = values.len();
-    let values = numbers(values.iter().copied());
-    format!("const {name}: array<f32, {count}> = array<f32, {count}>({values});\n")
-}
 
 fn joined(parts: &[&str]) -> Option<String> {
     Some(unroll(&parts.join("\n")))
@@ -47,13 +22,12 @@ pub(crate) fn exponential(exponent: f64) -> Option<String> {
 
 pub(crate) fn exponential_variance(positive: f64, negative: Option<f64>) -> Option<String> {
     let mut constants = constant("POSITIVE", positive) + &constant("NEGATIVE", negative.unwrap_or_default());
-    // Writing to a string cannot fail.
-    let _ = writeln!(constants, "const CHANNELS: u32 = {}u;", if negative.is_some() { 4 } else { 2 });
+    constants += &count("CHANNELS", if negative.is_some() { 4 } else { 2 });
     joined(&[&constants, ELEMENTARY, CHEBYSHEV, include_str!("techniques/exponential_variance.wgsl")])
 }
 
 pub(crate) fn layered_variance(layers: usize) -> Option<String> {
-    let constants = format!("const LAYERS: u32 = {layers}u;\n");
+    let constants = count("LAYERS", layers);
     joined(&[&constants, ELEMENTARY, CHEBYSHEV, include_str!("techniques/layered_variance.wgsl")])
 }
 
@@ -63,7 +37,7 @@ pub(crate) fn convolution(
     [low, high]: [f64; 2],
     amplitudes: &[f64],
 ) -> Option<String> {
-    let mut constants = format!("const COEFFICIENTS: u32 = {}u;\n", amplitudes.len());
+    let mut constants = count("COEFFICIENTS", amplitudes.len());
     for (name, value) in [("FREQUENCY", frequency), ("DELTA", delta), ("LOW", low), ("SPAN", high - low)] {
         constants += &constant(name, value);
     }
@@ -74,28 +48,14 @@ pub(crate) fn convolution(
 /// `None` for eight moments, which no frame has been given yet.
 pub(crate) fn moments(bound: MomentBound, alpha: f64, beta: f64) -> Option<String> {
     let order = bound.order();
-    let mut constants = format!("const CHANNELS: u32 = {order}u;\n");
+    let mut constants = count("CHANNELS", order);
     for (name, value) in [("ALPHA", alpha), ("KEEP", 1.0 - alpha), ("BETA", beta)] {
         constants += &constant(name, value);
     }
     constants += &array("CENTRE", bound.centre());
-    let _ = writeln!(constants, "const SIGNED: bool = {};", bound.interval() == Interval::Real);
-    let own: &[&str] = match bound {
-        MomentBound::Hamburger2 => {
-            &[CHEBYSHEV, POWERS, include_str!("techniques/hamburger2_bounds.wgsl"), BIAS]
-        }
-        MomentBound::Hamburger4 => {
-            &[CHEBYSHEV, POWERS, HAMBURGER_4, include_str!("techniques/hamburger4_bounds.wgsl"), BIAS]
-        }
-        MomentBound::Hamburger6 => &[CHEBYSHEV, POWERS, include_str!("techniques/canonical.wgsl"), BIAS],
-        MomentBound::Hausdorff4 => {
-            &[CHEBYSHEV, POWERS, HAMBURGER_4, include_str!("techniques/hausdorff4.wgsl")]
-        }
-        MomentBound::Trigonometric4 => &[CHEBYSHEV, include_str!("techniques/trigonometric4.wgsl"), BIAS],
-        MomentBound::Hamburger8 => return None,
-    };
-    let mut parts = vec![constants.as_str(), ELEMENTARY, ROOTS];
-    parts.extend(own);
+    constants += &flag("SIGNED", bound.interval() == Interval::Real);
+    let mut parts = vec![constants.as_str()];
+    parts.extend(bound.wgsl()?);
     parts.push(MOMENTS);
     joined(&parts)
 }
@@ -109,6 +69,6 @@ pub fn percentage_closer(kernel: &Kernel, plane_limit: f64) -> String {
 }
 
 /// `const SIZE` and `const WEIGHTS` of a kernel.
-pub fn weights(kernel: &Kernel) -> String {
-    format!("const SIZE: u32 = {}u;\n", kernel.size()) + &array("WEIGHTS", kernel.weights())
+pub(crate) fn weights(kernel: &Kernel) -> String {
+    count("SIZE", kernel.size()) + &array("WEIGHTS", kernel.weights())
 }

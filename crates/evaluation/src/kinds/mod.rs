@@ -1,4 +1,4 @@
-//! The kinds of experiment, one folder each.
+//! The kinds of experiment: one folder and one line of the registry each.
 
 pub(crate) mod bounds;
 pub(crate) mod filterable;
@@ -6,3 +6,15 @@ pub(crate) mod quantization;
 pub(crate) mod search;
 pub(crate) mod speed_accuracy;
 pub(crate) mod stability;
+
+use crate::experiment::kind::Kind;
+
+/// All kinds, in the order in which messages name them.
+pub(crate) static KINDS: [Kind; 6] = [
+    Kind::of::<bounds::BoundsExperiment>(),
+    Kind::of::<filterable::FilterableExperiment>(),
+    Kind::of::<quantization::QuantizationExperiment>(),
+    Kind::of::<search::SearchExperiment>(),
+    Kind::of::<stability::StabilityExperiment>(),
+    Kind::of::<speed_accuracy::SpeedAccuracyExperiment>(),
+];

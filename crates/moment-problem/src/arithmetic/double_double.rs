@@ -1,62 +1,16 @@
 //! Unevaluated sums of two `f64`: about 31 decimal digits without any dependency.
-//!
-//! Products are split by Dekker's method instead of a fused multiply-add, because a default x86-64 build has no
-//! such instruction and would call a library routine for each.
 
-use super::{Field, Real};
-use std::cmp::Ordering;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use super::{DoubleWord, Field, Real};
 
-/// `high + low` with `|low| <= ulp(high) / 2`. Relative error of one operation: below 2^-100.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DoubleDouble {
-    high: f64,
-    low: f64,
-}
+/// Two `f64`.
+pub type DoubleDouble = DoubleWord<f64>;
 
 /// pi to twice double precision.
 pub const PI: DoubleDouble = DoubleDouble { high: std::f64::consts::PI, low: 1.224_646_799_147_353_2e-16 };
 /// ln 2 to twice double precision.
 const LN_2: DoubleDouble = DoubleDouble { high: std::f64::consts::LN_2, low: 2.319_046_813_846_299_6e-17 };
 
-#[inline(always)]
-fn two_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let b_virtual = sum - a;
-    (sum, (a - (sum - b_virtual)) + (b - b_virtual))
-}
-
-#[inline(always)]
-fn fast_two_sum(a: f64, b: f64) -> DoubleDouble {
-    let sum = a + b;
-    // An infinite or NaN sum has no error term; without this, inf - inf would turn overflow into NaN.
-    let low = if sum.is_finite() { b - (sum - a) } else { 0.0 };
-    DoubleDouble { high: sum, low }
-}
-
-#[inline(always)]
-fn split(a: f64) -> (f64, f64) {
-    const SPLITTER: f64 = 134_217_729.0; // 2^27 + 1
-    let t = SPLITTER * a;
-    let high = t - (t - a);
-    (high, a - high)
-}
-
-#[inline(always)]
-fn two_product(a: f64, b: f64) -> (f64, f64) {
-    let product = a * b;
-    let (a_high, a_low) = split(a);
-    let (b_high, b_low) = split(b);
-    (product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low)
-}
-
 impl DoubleDouble {
-    /// Sum of two doubles, exactly.
-    pub fn sum(a: f64, b: f64) -> Self {
-        let (high, low) = two_sum(a, b);
-        fast_two_sum(high, low)
-    }
-
     /// Nearest double.
     #[inline(always)]
     pub fn to_f64(self) -> f64 {
@@ -71,11 +25,6 @@ impl DoubleDouble {
     /// pi.
     pub fn pi() -> Self {
         PI
-    }
-
-    fn scale(self, factor: f64) -> Self {
-        let (product, error) = two_product(self.high, factor);
-        fast_two_sum(product, error + self.low * factor)
     }
 
     /// Multiplication by a power of two, exact.
@@ -112,86 +61,14 @@ impl DoubleDouble {
     }
 }
 
-impl From<f64> for DoubleDouble {
-    #[inline(always)]
-    fn from(high: f64) -> Self {
-        Self { high, low: 0.0 }
-    }
-}
-
-impl Add for DoubleDouble {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        let (high, high_error) = two_sum(self.high, other.high);
-        let (low, low_error) = two_sum(self.low, other.low);
-        let partial = fast_two_sum(high, high_error + low);
-        fast_two_sum(partial.high, partial.low + low_error)
-    }
-}
-
-impl Neg for DoubleDouble {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self { high: -self.high, low: -self.low }
-    }
-}
-
-impl Sub for DoubleDouble {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self + (-other)
-    }
-}
-
-impl Mul for DoubleDouble {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        let (product, error) = two_product(self.high, other.high);
-        fast_two_sum(product, error + (self.high * other.low + self.low * other.high))
-    }
-}
-
-impl Div for DoubleDouble {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        let first = self.high / other.high;
-        if !first.is_finite() {
-            return Self::from(first);
-        }
-        let remainder = self - other.scale(first);
-        let second = remainder.high / other.high;
-        let remainder = remainder - other.scale(second);
-        let quotient = fast_two_sum(first, second);
-        quotient + Self::from(remainder.high / other.high)
-    }
-}
-
-impl PartialOrd for DoubleDouble {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        match self.high.partial_cmp(&other.high) {
-            Some(Ordering::Equal) => self.low.partial_cmp(&other.low),
-            order => order,
-        }
-    }
-}
-
 impl Field for DoubleDouble {
     fn from_double_double(value: DoubleDouble) -> Self {
         value
     }
 
+    #[inline(always)]
     fn sqrt(self) -> Self {
-        if self.high <= 0.0 || !self.high.is_finite() {
-            return Self::from(self.high.sqrt());
-        }
-        let root = Self::from(self.high.sqrt());
-        let correction = (self - root * root).high / (2.0 * root.high);
-        Self::sum(root.high, correction)
+        self.square_root()
     }
 
     fn cbrt(self) -> Self {

@@ -2,49 +2,12 @@
 //!
 //! Moments in single precision lose most of their digits in the pivots of a nearly singular matrix, and adding a moment
 //! bias of 1e-6 rounds it to one or two digits. Done with pairs, both lose nothing that matters, whereas the moments
-//! that are stored and the bound that is returned remain single floats. Products are split by Dekker's method: a fused
-//! multiply-add is not exact on every device that offers one.
+//! that are stored and the bound that is returned remain single floats.
 
-use super::{DoubleDouble, Field, Real};
-use std::cmp::Ordering;
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use super::{DoubleDouble, DoubleWord, Field, Real};
 
-/// `high + low` with `|low| <= ulp(high) / 2`. Relative error of one operation: below 2^-44.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FloatFloat {
-    high: f32,
-    low: f32,
-}
-
-#[inline(always)]
-fn two_sum(a: f32, b: f32) -> (f32, f32) {
-    let sum = a + b;
-    let b_virtual = sum - a;
-    (sum, (a - (sum - b_virtual)) + (b - b_virtual))
-}
-
-#[inline(always)]
-fn normalised(a: f32, b: f32) -> FloatFloat {
-    let sum = a + b;
-    // An infinite or NaN sum has no error term; without this, inf - inf would turn overflow into NaN.
-    let low = if sum.is_finite() { b - (sum - a) } else { 0.0 };
-    FloatFloat { high: sum, low }
-}
-
-#[inline(always)]
-fn split(a: f32) -> (f32, f32) {
-    const SPLITTER: f32 = 4097.0; // 2^12 + 1
-    let t = SPLITTER * a;
-    let high = t - (t - a);
-    (high, a - high)
-}
-
-#[inline(always)]
-fn two_product(a: f32, b: f32) -> (f32, f32) {
-    let product = a * b;
-    let ((a_high, a_low), (b_high, b_low)) = (split(a), split(b));
-    (product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low)
-}
+/// Two `f32`.
+pub type FloatFloat = DoubleWord<f32>;
 
 impl FloatFloat {
     /// Nearest single float.
@@ -66,74 +29,6 @@ impl FloatFloat {
     }
 }
 
-impl From<f32> for FloatFloat {
-    #[inline(always)]
-    fn from(high: f32) -> Self {
-        Self { high, low: 0.0 }
-    }
-}
-
-impl Add for FloatFloat {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        let (high, high_error) = two_sum(self.high, other.high);
-        let (low, low_error) = two_sum(self.low, other.low);
-        let partial = normalised(high, high_error + low);
-        normalised(partial.high, partial.low + low_error)
-    }
-}
-
-impl Neg for FloatFloat {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self { high: -self.high, low: -self.low }
-    }
-}
-
-impl Sub for FloatFloat {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        self + -other
-    }
-}
-
-impl Mul for FloatFloat {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        let (product, error) = two_product(self.high, other.high);
-        normalised(product, error + (self.high * other.low + self.low * other.high))
-    }
-}
-
-impl Div for FloatFloat {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        let first = self.high / other.high;
-        if !first.is_finite() {
-            return Self::from(first);
-        }
-        let rest = self - other * Self::from(first);
-        let second = rest.high / other.high;
-        let rest = rest - other * Self::from(second);
-        normalised(first, second) + Self::from(rest.high / other.high)
-    }
-}
-
-impl PartialOrd for FloatFloat {
-    #[inline(always)]
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        match self.high.partial_cmp(&other.high) {
-            Some(Ordering::Equal) => self.low.partial_cmp(&other.low),
-            order => order,
-        }
-    }
-}
-
 impl Field for FloatFloat {
     fn from_double_double(value: DoubleDouble) -> Self {
         Self::rounded(value.to_f64())
@@ -141,12 +36,7 @@ impl Field for FloatFloat {
 
     #[inline(always)]
     fn sqrt(self) -> Self {
-        if self.high <= 0.0 || !self.high.is_finite() {
-            return Self::from(self.high.sqrt());
-        }
-        let root = Self::from(self.high.sqrt());
-        let correction = (self - root * root).high / (2.0 * root.high);
-        normalised(root.high, correction)
+        self.square_root()
     }
 
     fn cbrt(self) -> Self {

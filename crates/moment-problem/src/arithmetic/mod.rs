@@ -6,12 +6,14 @@
 
 mod ball;
 mod double_double;
+mod double_word;
 mod dyadic;
 mod float_float;
 mod jet;
 
 pub use ball::Ball;
 pub use double_double::DoubleDouble;
+pub use double_word::DoubleWord;
 pub(crate) use dyadic::{Dyadic, minors};
 pub use float_float::FloatFloat;
 pub use jet::Jet;
@@ -114,6 +116,7 @@ pub trait Real: Field + PartialOrd {
         a * b - c * d
     }
     /// Whether the number is finite.
+    #[inline(always)]
     fn is_finite(self) -> bool {
         self.to_f64().is_finite()
     }
@@ -160,6 +163,10 @@ macro_rules! machine_number {
             #[inline(always)]
             fn abs(self) -> Self {
                 <$type>::abs(self)
+            }
+            #[inline(always)]
+            fn is_finite(self) -> bool {
+                <$type>::is_finite(self)
             }
             $($more)?
         }

@@ -4,23 +4,48 @@ use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::distribution::DepthDistribution;
 use crate::error::MomentError;
+use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::str::FromStr;
 
 /// The set I of admissible depths.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Interval {
     /// All real numbers.
     Real,
     /// \[0, 1\].
+    #[default]
     Unit,
 }
 
-impl fmt::Display for Interval {
-    /// As it is spelled on the command line.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
+impl Interval {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Real, Self::Unit];
+
+    /// The name in TOML and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
             Self::Real => "real",
             Self::Unit => "unit",
+        }
+    }
+}
+
+impl FromStr for Interval {
+    type Err = MomentError;
+
+    fn from_str(name: &str) -> Result<Self, MomentError> {
+        let known = Self::ALL.into_iter().find(|interval| interval.name() == name);
+        known.ok_or_else(|| MomentError::Unsupported(format!("interval `{name}` is neither real nor unit")))
+    }
+}
+
+impl fmt::Display for Interval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Real => "the real line",
+            Self::Unit => "[0, 1]",
         })
     }
 }
@@ -95,6 +120,17 @@ pub trait LowerBound {
     /// that could not be certified.
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError>;
 
+    /// [`LowerBound::bounds_precise`] where depths of a distribution with these moments are known: they may speed up
+    /// the search, and are no evidence.
+    fn bounds_near(
+        &self,
+        moments: &[DoubleDouble],
+        z_f: f64,
+        _depths: &[f64],
+    ) -> Result<Bounds, MomentError> {
+        self.bounds_precise(moments, z_f)
+    }
+
     /// Bounds from E\[b\]; see [`LowerBound::bounds_precise`].
     fn bounds(&self, moments: &[f64], z_f: f64) -> Result<Bounds, MomentError> {
         let precise: Vec<DoubleDouble> = moments.iter().map(|&b| DoubleDouble::from(b)).collect();
@@ -105,7 +141,7 @@ pub trait LowerBound {
     /// result depends on the moments alone, so it is the same as if Z were forgotten.
     fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
         check_depths(z.depths(), self.interval())?;
-        self.bounds_precise(&z.moments(self.basis()), z_f)
+        self.bounds_near(&z.moments(self.basis()), z_f, z.depths())
     }
 }
 

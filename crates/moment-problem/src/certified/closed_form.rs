@@ -74,12 +74,6 @@ macro_rules! unit_interval_form {
             pub fn new() -> Result<Self, BasisError> {
                 Ok(Self { proved: Proved::new(&$basis)? })
             }
-
-            fn solve(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
-                check_input(self.basis(), Interval::Unit, moments, z_f)?;
-                let array: [DoubleDouble; 4] = std::array::from_fn(|i| moments[i]);
-                self.proved.certify(moments, z_f, Self::claim(&array, z_f), depths)
-            }
         }
 
         impl LowerBound for $type {
@@ -96,15 +90,28 @@ macro_rules! unit_interval_form {
             }
 
             fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-                self.solve(moments, z_f, &[])
+                self.bounds_near(moments, z_f, &[])
+            }
+
+            fn bounds_near(
+                &self,
+                moments: &[DoubleDouble],
+                z_f: f64,
+                depths: &[f64],
+            ) -> Result<Bounds, MomentError> {
+                check_input(self.basis(), Interval::Unit, moments, z_f)?;
+                let array: [DoubleDouble; 4] = std::array::from_fn(|i| moments[i]);
+                self.proved.certify(moments, z_f, Self::claim(&array, z_f), depths)
             }
 
             fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
                 check_depths(z.depths(), Interval::Unit)?;
-                let result = self.solve(&z.moments(self.basis()), z_f, z.depths());
+                let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
                 // Nearly equal depths, and z_f next to one, can be too much for double-double; not for exact arithmetic.
                 result.or_else(|error| match error {
-                    MomentError::Uncertified { .. } | MomentError::Infeasible { .. } | MomentError::Solver { .. } => {
+                    MomentError::Uncertified { .. }
+                    | MomentError::Infeasible { .. }
+                    | MomentError::Solver { .. } => {
                         exact_of(self.basis(), Interval::Unit, z, z_f).unwrap_or(Err(error))
                     }
                     error => Err(error),

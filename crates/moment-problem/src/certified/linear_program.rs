@@ -1,10 +1,9 @@
 //! MSM15 Algorithm 1 through good_lp, with every answer checked.
 
-use super::bounds::{Bounds, Interval, LowerBound, check_depths, check_input};
+use super::bounds::{Bounds, Interval, LowerBound, check_input};
 use super::semi_infinite::{CERTIFIED_GAP, Column, Origin, PreparedBasis, Program, Solution, Step, assemble};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
-use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 use good_lp::{
     Expression, ProblemVariables, ResolutionError, Solution as _, SolverModel, constraint, variable,
@@ -64,15 +63,6 @@ impl LinearProgram {
     /// Uses one solver only: what it gets wrong becomes an error.
     pub fn with_solver(basis: &Basis, solver: LpSolver) -> Result<Self, BasisError> {
         Ok(Self { prepared: PreparedBasis::new(basis)?, solvers: vec![solver] })
-    }
-
-    fn solve(&self, moments: &[DoubleDouble], z_f: f64, extra: &[f64]) -> Result<Bounds, MomentError> {
-        check_input(self.basis(), Interval::Unit, moments, z_f)?;
-        let target = self.prepared.right_hand_side(moments)?;
-        let origin = if extra.is_empty() { Origin::Numbers } else { Origin::Distribution };
-        let lower = self.step((&target, origin), Step::Lower { z_f }, extra)?;
-        let upper = self.step((&target, origin), Step::Upper { z_f }, extra)?;
-        assemble(&self.prepared, &lower, &upper).certified(CERTIFIED_GAP)
     }
 
     fn step(
@@ -207,11 +197,15 @@ impl LowerBound for LinearProgram {
     }
 
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        self.solve(moments, z_f, &[])
+        self.bounds_near(moments, z_f, &[])
     }
 
-    fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
-        check_depths(z.depths(), Interval::Unit)?;
-        self.solve(&z.moments(self.basis()), z_f, z.depths())
+    fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
+        check_input(self.basis(), Interval::Unit, moments, z_f)?;
+        let target = self.prepared.right_hand_side(moments)?;
+        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
+        let lower = self.step((&target, origin), Step::Lower { z_f }, depths)?;
+        let upper = self.step((&target, origin), Step::Upper { z_f }, depths)?;
+        assemble(&self.prepared, &lower, &upper).certified(CERTIFIED_GAP)
     }
 }

@@ -6,6 +6,7 @@ mod exact;
 mod hamburger;
 mod hermite;
 mod linear_program;
+mod method;
 mod semi_infinite;
 
 pub use bounds::{Bounds, Certificate, Interval, LowerBound};
@@ -13,5 +14,6 @@ pub use closed_form::{Hausdorff4, Markov, Trigonometric4, closed_form};
 pub use hamburger::{Chebyshev, Hamburger};
 pub(crate) use linear_program::ask;
 pub use linear_program::{LinearProgram, LpSolver};
-pub use semi_infinite::{CERTIFIED_GAP, ExchangeSimplex, FEASIBILITY_TOLERANCE, PreparedBasis};
+pub use method::{Method, Solver, method};
+pub use semi_infinite::ExchangeSimplex;
 pub(crate) use semi_infinite::{Column, FiniteProgram};

@@ -1,28 +1,50 @@
-//! Many bounds at once in single precision, from separate arrays for each moment.
+//! Many bounds at once in single precision, from separate arrays for each moment: see [`MomentBound::lower_bounds`].
 //!
 //! The bodies are written without branches so that the compiler vectorises them; each is compiled for several vector
 //! widths and the widest that the machine has is chosen at run time. A result differs from the scalar function's by
 //! rounding only, and depends neither on the vector width chosen (no fused operations are introduced) nor on the
 //! position in the batch.
 
+use super::moment_bound::MomentBound;
+
 /// Moments as separate arrays ("structure of arrays"), all of one length.
-#[derive(Clone, Copy, Debug)]
-pub struct Batch<'a, const M: usize> {
-    /// `moments[k][i]` is E\[z^(k+1)\] of element i.
-    pub moments: [&'a [f32]; M],
-    /// Fragment depths.
-    pub z_f: &'a [f32],
+struct Batch<'a, const M: usize> {
+    /// `moments[k][i]` is moment k + 1 of element i.
+    moments: [&'a [f32]; M],
+    z_f: &'a [f32],
 }
 
-impl<const M: usize> Batch<'_, M> {
-    fn check(&self, lower: &[f32]) {
-        let length = lower.len();
-        assert!(
-            self.z_f.len() == length && self.moments.iter().all(|moment| moment.len() == length),
-            "a batch has arrays of different lengths: {length} results, {} depths, moments {:?}",
-            self.z_f.len(),
-            self.moments.map(<[f32]>::len),
-        );
+impl MomentBound {
+    /// Lower bounds of many fragments, biased or not as the moments are: the fast path on one core.
+    ///
+    /// `moments[k][i]` is moment k + 1 of fragment i at `z_f[i]`, in the variable of [`MomentBound::bounds`]. Two, four
+    /// and six moments on the line are vectorised, the others computed one after another. Results differ from
+    /// [`MomentBound::bounds`] by rounding only and do not depend on `width`.
+    ///
+    /// # Panics
+    /// If there are not [`MomentBound::order`] arrays, arrays have different lengths or the machine lacks that width.
+    pub fn lower_bounds(self, width: VectorWidth, moments: &[&[f32]], z_f: &[f32], lower: &mut [f32]) {
+        assert_eq!(moments.len(), self.order(), "moments for {}", self.name());
+        let lengths = moments.iter().map(|moment| moment.len()).chain([z_f.len()]);
+        assert!(lengths.into_iter().all(|length| length == lower.len()), "arrays of different lengths");
+        match self {
+            Self::Hamburger2 => chebyshev(width, &Batch::new(moments, z_f), lower),
+            Self::Hamburger4 => hamburger4(width, &Batch::new(moments, z_f), lower),
+            Self::Hamburger6 => hamburger6(width, &Batch::new(moments, z_f), lower),
+            Self::Hamburger8 | Self::Hausdorff4 | Self::Trigonometric4 => {
+                let mut b = [0.0; Self::MAX_ORDER];
+                for (i, (lower, &z_f)) in lower.iter_mut().zip(z_f).enumerate() {
+                    b.iter_mut().zip(moments).for_each(|(b, moment)| *b = moment[i]);
+                    *lower = self.bounds(&b, z_f).lower;
+                }
+            }
+        }
+    }
+}
+
+impl<'a, const M: usize> Batch<'a, M> {
+    fn new(moments: &[&'a [f32]], z_f: &'a [f32]) -> Self {
+        Self { moments: std::array::from_fn(|k| moments[k]), z_f }
     }
 }
 
@@ -95,7 +117,7 @@ fn hamburger4_lane([b1, b2, b3, b4]: [f32; 4], z_f: f32) -> f32 {
     clamp_unit(select(regular, lower, between))
 }
 
-/// Hamburger 6: the cubic in w by the root of largest depressed size and deflation, as in [`roots`](crate::roots).
+/// Hamburger 6: the cubic in w by the root of largest depressed size and deflation, as in [`roots`](super::roots).
 #[inline(always)]
 fn hamburger6_lane([b1, b2, b3, b4, b5, b6]: [f32; 6], z_f: f32) -> f32 {
     // LDL^T of the 4 x 4 Hankel matrix.
@@ -211,20 +233,8 @@ impl VectorWidth {
 }
 
 macro_rules! batch {
-    ($(#[$doc:meta])* $name:ident, $at:ident, $order:literal, $lane:ident) => {
-        $(#[$doc])*
-        ///
-        /// # Panics
-        /// If the arrays have different lengths.
-        pub fn $name(batch: &Batch<'_, $order>, lower: &mut [f32]) {
-            $at(VectorWidth::widest(), batch, lower);
-        }
-
-        #[doc = concat!("[`", stringify!($name), "`] with a chosen vector width; the results are the same.")]
-        ///
-        /// # Panics
-        /// If the arrays have different lengths or the machine lacks that width.
-        pub fn $at(width: VectorWidth, batch: &Batch<'_, $order>, lower: &mut [f32]) {
+    ($name:ident, $order:literal, $lane:ident) => {
+        fn $name(width: VectorWidth, batch: &Batch<'_, $order>, lower: &mut [f32]) {
             #[inline(always)]
             fn body(batch: &Batch<'_, $order>, lower: &mut [f32]) {
                 // A local block of results cannot overlap the inputs, which spares the vectoriser its run-time checks
@@ -245,7 +255,6 @@ macro_rules! batch {
                     *out = $lane(moments.map(|moment| moment.1[i]), z_f.1[i]);
                 }
             }
-            batch.check(lower);
             assert!(
                 width == VectorWidth::Portable || VectorWidth::available().contains(&width),
                 "this machine has no {width:?}"
@@ -277,32 +286,17 @@ macro_rules! batch {
     };
 }
 
-batch!(
-    /// Lower bounds from two moments: Cantelli's inequality (variance shadow maps).
-    chebyshev_batch,
-    chebyshev_batch_at,
-    2,
-    chebyshev_lane
-);
-batch!(
-    /// Lower bounds from four power moments on the line (Hamburger 4MSM).
-    hamburger4_batch,
-    hamburger4_batch_at,
-    4,
-    hamburger4_lane
-);
-batch!(
-    /// Lower bounds from six power moments on the line.
-    hamburger6_batch,
-    hamburger6_batch_at,
-    6,
-    hamburger6_lane
-);
+batch!(chebyshev, 2, chebyshev_lane);
+batch!(hamburger4, 4, hamburger4_lane);
+batch!(hamburger6, 6, hamburger6_lane);
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::closed_forms::hamburger::hamburger;
+
+    const VECTORISED: [MomentBound; 3] =
+        [MomentBound::Hamburger2, MomentBound::Hamburger4, MomentBound::Hamburger6];
 
     /// Moments of three to six surfaces, biased as single precision needs it, and awkward ones among them.
     fn inputs(count: usize) -> ([Vec<f32>; 6], Vec<f32>) {
@@ -332,11 +326,11 @@ mod tests {
     #[test]
     fn batches_agree_with_the_scalar_functions_in_double_precision() {
         let (moments, z_f) = inputs(4003);
-        let [b1, b2, b3, b4, b5, b6] = moments.each_ref().map(Vec::as_slice);
+        let columns = moments.each_ref().map(Vec::as_slice);
         let mut out = [vec![0.0; 4003], vec![0.0; 4003], vec![0.0; 4003]];
-        chebyshev_batch(&Batch { moments: [b1, b2], z_f: &z_f }, &mut out[0]);
-        hamburger4_batch(&Batch { moments: [b1, b2, b3, b4], z_f: &z_f }, &mut out[1]);
-        hamburger6_batch(&Batch { moments: [b1, b2, b3, b4, b5, b6], z_f: &z_f }, &mut out[2]);
+        for (out, bound) in out.iter_mut().zip(VECTORISED) {
+            bound.lower_bounds(VectorWidth::widest(), &columns[..bound.order()], &z_f, out);
+        }
         let mut errors = [vec![], vec![], vec![]];
         for i in 0..z_f.len() {
             let b: [f64; 6] = std::array::from_fn(|k| f64::from(moments[k][i]));
@@ -367,11 +361,25 @@ mod tests {
             .into_iter()
             .map(|width| {
                 let mut lower = vec![0.0; z_f.len()];
-                hamburger6_batch_at(width, &Batch { moments, z_f: &z_f }, &mut lower);
+                MomentBound::Hamburger6.lower_bounds(width, &moments, &z_f, &mut lower);
                 lower.iter().map(|g| g.to_bits()).collect()
             })
             .collect();
         assert!(results.iter().all(|result| *result == results[0]));
+    }
+
+    #[test]
+    fn bounds_without_lanes_are_those_of_the_scalar_functions() {
+        let (moments, z_f) = inputs(50);
+        let columns = moments.each_ref().map(|moment| &moment[..]);
+        for bound in [MomentBound::Hausdorff4, MomentBound::Trigonometric4] {
+            let mut lower = vec![f32::NAN; z_f.len()];
+            bound.lower_bounds(VectorWidth::Portable, &columns[..4], &z_f, &mut lower);
+            for (i, &g) in lower.iter().enumerate() {
+                let b = columns.map(|moment| moment[i]);
+                assert_eq!(g.to_bits(), bound.bounds(&b, z_f[i]).lower.to_bits(), "{bound:?} at {i}");
+            }
+        }
     }
 
     #[test]
@@ -380,13 +388,12 @@ mod tests {
         let count = nasty.len();
         for shift in 0..count {
             let z_f: Vec<f32> = (0..count).map(|i| nasty[(i + shift) % count]).collect();
-            let mut lower = vec![f32::NAN; count];
-            hamburger4_batch(&Batch { moments: [&nasty; 4], z_f: &z_f }, &mut lower);
-            assert!(lower.iter().all(|g| (0.0..=1.0).contains(g)), "{lower:?}");
-            hamburger6_batch(&Batch { moments: [&nasty; 6], z_f: &z_f }, &mut lower);
-            assert!(lower.iter().all(|g| (0.0..=1.0).contains(g)), "{lower:?}");
-            chebyshev_batch(&Batch { moments: [&nasty; 2], z_f: &z_f }, &mut lower);
-            assert!(lower.iter().all(|g| (0.0..=1.0).contains(g)), "{lower:?}");
+            for bound in MomentBound::ALL {
+                let mut lower = vec![f32::NAN; count];
+                let moments = vec![&nasty[..]; bound.order()];
+                bound.lower_bounds(VectorWidth::widest(), &moments, &z_f, &mut lower);
+                assert!(lower.iter().all(|g| (0.0..=1.0).contains(g)), "{bound:?} {lower:?}");
+            }
         }
     }
 }

@@ -211,6 +211,25 @@ impl MomentBound {
             Self::Trigonometric4 => None,
         }
     }
+
+    /// Parts of a shader, in order: `encode(depth)`, an array of [`MomentBound::order`] values, and `biased_bounds(b,
+    /// z_f)`, lower and upper bound of (1 - alpha) b + alpha b* at a depth in \[0, 1\]. Before them stand `const CHANNELS: u32`,
+    /// the order, `const SIGNED: bool`, whether [`MomentBound::variable`] is 2 z - 1, `const ALPHA: f32`, `const KEEP: f32`,
+    /// 1 - alpha, and `const CENTRE`, b*. `None` for eight moments, which have no
+    /// shader.
+    pub fn wgsl(self) -> Option<&'static [&'static str]> {
+        use super::wgsl::*;
+        Some(match self {
+            Self::Hamburger2 => &[ELEMENTARY, CHEBYSHEV, POWERS, HAMBURGER_2, BIAS],
+            Self::Hamburger4 => {
+                &[ELEMENTARY, ROOTS, CHEBYSHEV, POWERS, HAMBURGER_4, HAMBURGER_4_BOUNDS, BIAS]
+            }
+            Self::Hamburger6 => &[ELEMENTARY, ROOTS, CHEBYSHEV, POWERS, HAMBURGER_6, BIAS],
+            Self::Hamburger8 => return None,
+            Self::Hausdorff4 => &[ELEMENTARY, ROOTS, CHEBYSHEV, POWERS, HAMBURGER_4, HAUSDORFF_4],
+            Self::Trigonometric4 => &[ELEMENTARY, ROOTS, CHEBYSHEV, TRIGONOMETRIC_4, BIAS],
+        })
+    }
 }
 
 fn leading<R: Real, const M: usize>(moments: &[R]) -> [R; M] {

@@ -27,7 +27,7 @@ use crate::arithmetic::DoubleDouble;
 use engine::{Engine, Job};
 pub use exact::{good_lp_bound, reference_bound};
 use lanes::{Lanes, Portable};
-pub use support::{FunctionTable, MAX_SUPPORT, SupportColumns, SupportDistribution, snap};
+pub use support::{FunctionTable, SupportColumns, SupportDistribution, snap};
 
 /// Largest number of rows: 1 and eight functions.
 pub const MAX_ROWS: usize = 9;

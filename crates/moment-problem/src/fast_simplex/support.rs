@@ -11,7 +11,7 @@ use crate::error::MomentError;
 pub(super) const LANES: usize = 8;
 
 /// Largest number of depths in a support: indices are stored in 16 bits.
-pub const MAX_SUPPORT: usize = 1 << 15;
+const MAX_SUPPORT: usize = 1 << 15;
 
 /// A row whose norm over the support falls by this factor under projection carries no information of its own. The
 /// 4-subsets of the default family keep more than 2e-6.
@@ -29,7 +29,7 @@ impl FunctionTable {
     ///
     /// # Errors
     /// [`MomentError::OutsideInterval`] for depths outside or out of order, [`MomentError::Unsupported`] for fewer
-    /// than two or more than [`MAX_SUPPORT`], and a [`BasisError`](crate::BasisError) for a function that is not
+    /// than two or more than 32768, and a [`BasisError`](crate::BasisError) for a function that is not
     /// finite there.
     pub fn new(functions: &[BasisFunction], depths: &[f64]) -> Result<Self, MomentError> {
         if !(2..=MAX_SUPPORT).contains(&depths.len()) {

@@ -20,20 +20,20 @@ use crate::{Camera, LightView, Material, Scene, procedural};
 use source::{Folder, read_limited};
 
 /// Largest accepted scene file, and largest sum of all files that a scene names, in bytes.
-pub const MAX_FILE_BYTES: u64 = 1 << 30;
+pub(super) const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// Direction of the one light view of a scene that comes from a file; the view is called `default`.
-pub const DEFAULT_LIGHT: [f32; 3] = [0.8, -0.6, 0.35];
+pub(crate) const DEFAULT_LIGHT: [f32; 3] = [0.8, -0.6, 0.35];
 
 /// Loads a procedural scene by name (`stairs`, `village`, `grove`, with [`procedural::DEFAULT_SEED`]) or a
 /// `.glb`, `.gltf` or `.obj` file by path (extension in any case).
 ///
-/// A file is lit by one view, `default`, along [`DEFAULT_LIGHT`]. If it has no ground, one is added (material
+/// A file is lit by one view, `default`, along (0.8, -0.6, 0.35). If it has no ground, one is added (material
 /// `ground_added`); if it has no perspective camera, one is fitted. Morph targets and skins are not applied:
 /// meshes appear in the shape they are stored in. Files that a scene names must lie in its own folder.
 ///
 /// Errors: see [`SceneError`]; a file that breaks its format, or needs an unsupported extension, never panics
-/// and allocates in proportion to its size (scenes are limited to [`MAX_TRIANGLES`](crate::MAX_TRIANGLES)).
+/// and allocates in proportion to its size (scenes are limited to 2^24 triangles).
 pub fn load_scene(spec: &str) -> Result<Scene, SceneError> {
     if let Some(scene) = procedural(spec, procedural::DEFAULT_SEED) {
         return Ok(scene);

@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use random_stream::Random;
+
 use super::Parts;
 use super::mesh::{Point, SceneMesh, add, frame, normalized, scale};
-use super::random::Random;
 use crate::vector::cross;
 use crate::{AlphaMask, Camera};
 

@@ -7,7 +7,6 @@
 
 mod grove;
 mod mesh;
-mod random;
 mod stairs;
 mod village;
 

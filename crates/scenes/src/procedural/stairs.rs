@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use random_stream::Random;
+
 use super::Parts;
 use super::mesh::{Place, Point, SceneMesh, add, frame, normalized, scale};
-use super::random::Random;
 use crate::Camera;
 use crate::vector::cross;
 

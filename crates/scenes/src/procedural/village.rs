@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use random_stream::Random;
+
 use super::Parts;
 use super::mesh::{Place, Point, SceneMesh};
-use super::random::Random;
 use crate::Camera;
 
 /// Thickness of outer walls, metres.
@@ -37,7 +38,7 @@ pub(super) fn build(seed: u64) -> Parts {
                 continue;
             }
             let origin = [plot[0] + random.within(-1.2, 1.2), 0.0, plot[2] + random.within(-1.2, 1.2)];
-            let turn = (random.next() % 4) as f64 * TAU / 4.0 + random.within(-0.25, 0.25);
+            let turn = random.below(4) as f64 * TAU / 4.0 + random.within(-0.25, 0.25);
             house(&mut scene, &palette, &Place::new(origin, turn), &mut random);
             fence(&mut scene, palette.timber, &Place::new(plot, 0.0));
         }
@@ -47,7 +48,7 @@ pub(super) fn build(seed: u64) -> Parts {
 }
 
 fn house(scene: &mut SceneMesh, palette: &Palette, place: &Place, random: &mut Random) {
-    let storeys = 1 + (random.next() % 2) as usize;
+    let storeys = 1 + random.below(2);
     let (half_x, half_z) = (random.within(3.0, 4.0), random.within(2.3, 3.0));
     let storey = 2.7;
     for level in 0..storeys {

@@ -4,11 +4,10 @@ pub(crate) mod raster;
 
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
-
+use scenes::Scene;
 use scenes::vector::{dot, normalize};
 
 use crate::{LightFrame, RenderError, ShadowMapStack};
-use scenes::Scene;
 
 /// Marks a pixel without surface in [`Frame::triangle`].
 pub const NO_TRIANGLE: u32 = u32::MAX;

@@ -2,16 +2,15 @@
 //! rays through the pixel centres.
 
 use rayon::prelude::*;
+use scenes::vector::{cross, dot, minus, normalize};
+use scenes::{Camera, Scene};
 
 use crate::frame::NO_TRIANGLE;
+use crate::light_frame::check_size;
 use crate::stack::edges::for_each_span;
 use crate::stack::fixed_point::Plane;
-use scenes::vector::{cross, dot, minus, normalize};
-
-use crate::light_frame::check_size;
 use crate::stack::prepare::{NO_MASK, PreparedTriangle, area_twice, clockwise, snap};
 use crate::{Frame, RenderError};
-use scenes::{Camera, Scene};
 
 /// Rows rasterised together.
 const BAND_ROWS: u32 = 16;

@@ -3,14 +3,16 @@
 use std::sync::OnceLock;
 use std::time::Instant;
 
+use graphics_device::{DeviceError, GraphicsDevice};
 use wgpu::BufferUsages as Usage;
 
+use super::kernel::Kernel;
 use super::work_items::{GpuTriangle, Item, gpu_triangles, items, most_fragments};
+use super::{FRAGMENTS, SCAN, SORT};
 use crate::stack::assemble::{Band, Key};
 use crate::stack::memory::Budget;
 use crate::stack::prepare::PreparedTriangles;
 use crate::{RenderError, StageTimes};
-use graphics_device::{DeviceError, GraphicsDevice};
 
 /// Sizes of the pieces into which work is cut, so that every binding stays within its limit.
 #[derive(Clone, Copy, Debug)]
@@ -36,15 +38,25 @@ impl ChunkSizes {
     }
 }
 
+/// WGSL modules and the entry points that are run, in the order of [`ABuffer`]'s fields.
+pub(super) const KERNELS: [(&str, &str); 6] = [
+    (FRAGMENTS, "count"),
+    (FRAGMENTS, "scatter"),
+    (SCAN, "scan_blocks"),
+    (SCAN, "scan_sums"),
+    (SCAN, "add_sums"),
+    (SORT, "sort"),
+];
+
 /// The A-buffer's shaders, compiled.
 pub(crate) struct ABuffer {
     gpu: &'static GraphicsDevice,
-    count: wgpu::ComputePipeline,
-    scatter: wgpu::ComputePipeline,
-    scan_blocks: wgpu::ComputePipeline,
-    scan_sums: wgpu::ComputePipeline,
-    add_sums: wgpu::ComputePipeline,
-    sort: wgpu::ComputePipeline,
+    count: Kernel,
+    scatter: Kernel,
+    scan_blocks: Kernel,
+    scan_sums: Kernel,
+    add_sums: Kernel,
+    sort: Kernel,
 }
 
 impl ABuffer {
@@ -53,35 +65,23 @@ impl ABuffer {
         static SHARED: OnceLock<Result<ABuffer, DeviceError>> = OnceLock::new();
         let compile = || {
             let gpu = GraphicsDevice::shared()?;
-            gpu.watched(|| Ok(Self::new(gpu)))
+            gpu.watched(|| Self::new(gpu))
         };
         SHARED.get_or_init(compile).as_ref().map_err(Clone::clone)
     }
 
-    fn new(gpu: &'static GraphicsDevice) -> Self {
-        let device = &gpu.device;
-        let fragments = device.create_shader_module(wgpu::include_wgsl!("fragments.wgsl"));
-        let scan = device.create_shader_module(wgpu::include_wgsl!("scan.wgsl"));
-        let sort = device.create_shader_module(wgpu::include_wgsl!("sort.wgsl"));
-        let pipeline = |module, entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: None,
-                module,
-                entry_point: Some(entry),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
-        Self {
+    fn new(gpu: &'static GraphicsDevice) -> Result<Self, DeviceError> {
+        let [count, scatter, scan_blocks, scan_sums, add_sums, sort] =
+            KERNELS.map(|(source, name)| Kernel::new(gpu, source, name));
+        Ok(Self {
             gpu,
-            count: pipeline(&fragments, "count"),
-            scatter: pipeline(&fragments, "scatter"),
-            scan_blocks: pipeline(&scan, "scan_blocks"),
-            scan_sums: pipeline(&scan, "scan_sums"),
-            add_sums: pipeline(&scan, "add_sums"),
-            sort: pipeline(&sort, "sort"),
-        }
+            count: count?,
+            scatter: scatter?,
+            scan_blocks: scan_blocks?,
+            scan_sums: scan_sums?,
+            add_sums: add_sums?,
+            sort: sort?,
+        })
     }
 
     /// Sorted fragments of the whole map.
@@ -115,10 +115,6 @@ struct Batch<'a> {
     params: wgpu::Buffer,
 }
 
-/// Threads in a workgroup of fragments.wgsl.
-const FRAGMENT_THREADS: u32 = 64;
-/// Threads in a workgroup of sort.wgsl.
-const SORT_THREADS: u32 = 256;
 /// Texels a workgroup of scan.wgsl sums up.
 const SCAN_BLOCK: u32 = 1024;
 
@@ -186,7 +182,7 @@ impl<'a> Extraction<'a> {
         total: &mut u64,
         times: &mut StageTimes,
     ) -> Result<Option<Band>, RenderError> {
-        let (gpu, pipelines) = (self.shaders.gpu, self.shaders);
+        let (gpu, shaders) = (self.shaders.gpu, self.shaders);
         let mut since = Instant::now();
         let texels = self.prepared.width * rows.len() as u32;
         let Some(batches) = self.batches(&rows) else { return Ok(None) };
@@ -197,10 +193,7 @@ impl<'a> Extraction<'a> {
         let no_keys = gpu.buffer("no keys", 0, usage);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         encoder.clear_buffer(&counters, 0, None);
-        for batch in &batches {
-            let groups = batch.count.div_ceil(FRAGMENT_THREADS);
-            self.pass(&mut encoder, &pipelines.count, &self.bindings(batch, &counters, &no_keys), groups);
-        }
+        self.visit(&mut encoder, &shaders.count, &batches, &counters, &no_keys)?;
         gpu.queue.submit([encoder.finish()]);
         gpu.wait()?;
         times.raster += lap(&mut since);
@@ -210,10 +203,13 @@ impl<'a> Extraction<'a> {
         let sums = gpu.buffer("block sums", u64::from(blocks + 1) * 4, usage);
         let params = gpu.buffer_of("scan", &[texels, blocks, 0, 0], Usage::UNIFORM);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let full = [(0, &params), (1, &counters), (2, &starts), (3, &sums)];
-        self.pass(&mut encoder, &pipelines.scan_blocks, &full, blocks);
-        self.pass(&mut encoder, &pipelines.scan_sums, &[full[0], full[3]], 1);
-        self.pass(&mut encoder, &pipelines.add_sums, &full, blocks);
+        let scanned =
+            [("params", &params), ("counters", &counters), ("starts", &starts), ("block_sums", &sums)];
+        for (kernel, groups) in
+            [(&shaders.scan_blocks, blocks), (&shaders.scan_sums, 1), (&shaders.add_sums, blocks)]
+        {
+            self.dispatch(&mut encoder, kernel, &scanned, [groups, 1])?;
+        }
         gpu.queue.submit([encoder.finish()]);
         let fragments = u64::from(gpu.read::<u32>(&sums, u64::from(blocks) * 4, 4)?[0]);
         if fragments > self.sizes.fragments {
@@ -225,17 +221,14 @@ impl<'a> Extraction<'a> {
 
         let keys = gpu.buffer("keys", fragments * 8, usage);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        for batch in &batches {
-            let groups = batch.count.div_ceil(FRAGMENT_THREADS);
-            self.pass(&mut encoder, &pipelines.scatter, &self.bindings(batch, &counters, &keys), groups);
-        }
+        self.visit(&mut encoder, &shaders.scatter, &batches, &counters, &keys)?;
         gpu.queue.submit([encoder.finish()]);
         gpu.wait()?;
         times.group += lap(&mut since);
 
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let bindings = [(0, &params), (1, &starts), (2, &counters), (3, &keys)];
-        self.pass(&mut encoder, &pipelines.sort, &bindings, texels.div_ceil(SORT_THREADS));
+        let sorted = [("params", &params), ("starts", &starts), ("ends", &counters), ("keys", &keys)];
+        self.dispatch(&mut encoder, &shaders.sort, &sorted, shaders.sort.groups_of([texels, 1]))?;
         gpu.queue.submit([encoder.finish()]);
         let band = Band {
             starts: gpu.read(&starts, 0, bytes)?,
@@ -270,43 +263,40 @@ impl<'a> Extraction<'a> {
         Some(batches)
     }
 
-    fn bindings<'b>(
-        &'b self,
-        batch: &'b Batch<'_>,
-        counters: &'b wgpu::Buffer,
-        keys: &'b wgpu::Buffer,
-    ) -> [(u32, &'b wgpu::Buffer); 7] {
-        [
-            (0, &batch.params),
-            (1, &batch.chunk.triangles),
-            (2, &batch.items),
-            (3, &batch.chunk.mask_planes),
-            (4, &self.mask_bits),
-            (5, counters),
-            (6, keys),
-        ]
-    }
-
-    fn pass(
+    /// Runs a shader of fragments.wgsl on all batches.
+    fn visit(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        pipeline: &wgpu::ComputePipeline,
-        bindings: &[(u32, &wgpu::Buffer)],
-        groups: u32,
-    ) {
-        let entries: Vec<_> = bindings
-            .iter()
-            .map(|&(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let group = self.shaders.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(groups, 1, 1);
+        kernel: &Kernel,
+        batches: &[Batch<'_>],
+        counters: &wgpu::Buffer,
+        keys: &wgpu::Buffer,
+    ) -> Result<(), DeviceError> {
+        for batch in batches {
+            let buffers = [
+                ("params", &batch.params),
+                ("triangles", &batch.chunk.triangles),
+                ("items", &batch.items),
+                ("mask_planes", &batch.chunk.mask_planes),
+                ("mask_bits", &self.mask_bits),
+                ("counters", counters),
+                ("keys", keys),
+            ];
+            self.dispatch(encoder, kernel, &buffers, kernel.groups_of([batch.count, 1]))?;
+        }
+        Ok(())
+    }
+
+    fn dispatch(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        kernel: &Kernel,
+        buffers: &[(&str, &wgpu::Buffer)],
+        groups: [u32; 2],
+    ) -> Result<(), DeviceError> {
+        let resources: Vec<_> =
+            buffers.iter().map(|(name, buffer)| (*name, buffer.as_entire_binding())).collect();
+        kernel.dispatch(self.shaders.gpu, encoder, &resources, groups)
     }
 }
 

@@ -1,17 +1,18 @@
 //! The passes between the light's depth map and the map that is read: resolve, filter, mip maps.
 
-use wgpu::{TextureFormat as Format, TextureUsages as Uses};
-
-use super::cover_pass::CoverPass;
-use super::frame_renderer::FrameSettings;
 use graphics_device::{DeviceError, GraphicsDevice};
+use wgpu::{TextureFormat as Format, TextureUsages as Uses, TextureView};
+
+use super::bind::Resource;
+use super::frame_renderer::FrameSettings;
+use super::raster_pass::RasterPass;
 
 /// From samples of depth to the filtered map with its mip levels.
 pub(super) struct Chain {
-    pub resolve: CoverPass,
-    pub rows: CoverPass,
-    pub columns: CoverPass,
-    pub levels: Vec<CoverPass>,
+    pub resolve: RasterPass,
+    pub rows: RasterPass,
+    pub columns: RasterPass,
+    pub levels: Vec<RasterPass>,
     /// The filtered maps, with all levels.
     pub maps: Vec<wgpu::Texture>,
 }
@@ -19,10 +20,10 @@ pub(super) struct Chain {
 impl Chain {
     pub fn new(
         gpu: &GraphicsDevice,
-        [resolve, filter, halve]: [&str; 3],
+        [resolve, rows, columns, halve]: [&str; 4],
         formats: &[Format],
         settings: &FrameSettings,
-        depths: &wgpu::TextureView,
+        depths: &TextureView,
     ) -> Result<Self, DeviceError> {
         for &format in formats {
             let offered = gpu.adapter.get_texture_format_features(format);
@@ -41,7 +42,7 @@ impl Chain {
             formats.iter().map(|&format| gpu.texture(format, (side, side), levels, 1, usage)).collect()
         };
         let (maps, between) = (textures(levels), textures(1));
-        let level = |textures: &[wgpu::Texture], level: u32| -> Vec<wgpu::TextureView> {
+        let level = |textures: &[wgpu::Texture], level: u32| -> Vec<TextureView> {
             let view = wgpu::TextureViewDescriptor {
                 base_mip_level: level,
                 mip_level_count: Some(1),
@@ -49,29 +50,19 @@ impl Chain {
             };
             textures.iter().map(|texture| texture.create_view(&view)).collect()
         };
-        let targets = |views: &[wgpu::TextureView]| -> Vec<(Format, wgpu::TextureView)> {
-            formats.iter().copied().zip(views.iter().cloned()).collect()
+        let pass = |shader: &str, from: &[TextureView], to: &[TextureView]| {
+            let mut resources = map_resources(from);
+            resources.push(("depths", wgpu::BindingResource::TextureView(depths)));
+            RasterPass::new(gpu, shader, &resources, Vec::new(), to.to_vec(), None)
         };
-        let module = |source: &str| gpu.shader(source);
-        let (resolve, filter, halve) = (module(resolve), module(filter), module(halve));
-        let first = level(&maps, 0);
-        let other = level(&between, 0);
-        let read = |views: &[wgpu::TextureView],
-                    shader: &wgpu::ShaderModule,
-                    entry: &str,
-                    to: &[(Format, wgpu::TextureView)]| {
-            let resources: Vec<_> =
-                (0..).zip(views).map(|(i, v)| (i, wgpu::BindingResource::TextureView(v))).collect();
-            CoverPass::new(gpu, shader, entry, &resources, to)
-        };
-        let depth_binding = [(3, wgpu::BindingResource::TextureView(depths))];
+        let (first, other) = (level(&maps, 0), level(&between, 0));
         Ok(Self {
-            resolve: CoverPass::new(gpu, &resolve, "resolve", &depth_binding, &targets(&first)),
-            rows: read(&first, &filter, "along_rows", &targets(&other)),
-            columns: read(&other, &filter, "along_columns", &targets(&first)),
+            resolve: pass(resolve, &[], &first)?,
+            rows: pass(rows, &first, &other)?,
+            columns: pass(columns, &other, &first)?,
             levels: (1..levels)
-                .map(|l| read(&level(&maps, l - 1), &halve, "halve", &targets(&level(&maps, l))))
-                .collect(),
+                .map(|l| pass(halve, &level(&maps, l - 1), &level(&maps, l)))
+                .collect::<Result<_, _>>()?,
             maps,
         })
     }
@@ -93,4 +84,9 @@ impl Chain {
             |t: usize| all.iter().flat_map(move |(c, values)| values[t * c..(t + 1) * c].iter().copied());
         Ok(Some((0..texels).flat_map(texel).collect()))
     }
+}
+
+/// Textures of a map under the names that shaders give them.
+pub(super) fn map_resources(views: &[TextureView]) -> Vec<Resource<'_>> {
+    ["map0", "map1"].into_iter().zip(views.iter().map(wgpu::BindingResource::TextureView)).collect()
 }

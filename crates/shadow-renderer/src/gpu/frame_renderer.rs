@@ -5,53 +5,17 @@
 
 use std::time::{Duration, Instant};
 
-use graphics_device::{AdapterName, DeviceError, GraphicsDevice, PassTimer};
+use graphics_device::{DeviceError, GraphicsDevice, PassTimer};
+use scenes::Scene;
+use scenes::vector::normalize;
+use shaders::{FrameShaders, TexelFormat};
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
-use super::cover_pass::CoverPass;
-use super::filter_chain::Chain;
-use super::frame_geometry::{Geometry, Targets, TrianglePass};
-use scenes::vector::normalize;
-
+use super::filter_chain::{Chain, map_resources};
+use super::geometry::{Geometry, LightPass, Surfaces};
+use super::raster_pass::RasterPass;
 use crate::light_frame::check_size;
 use crate::{LightFrame, RenderError};
-use scenes::Scene;
-
-/// How texels of a filtered map are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TexelFormat {
-    /// Fixed point from 0 to 1.
-    Unorm16,
-    /// Half floats.
-    F16,
-    /// Single floats.
-    F32,
-}
-
-/// A technique's shaders; the bindings are those that `shadow_filtering::PassShaders` documents.
-#[derive(Clone, Debug)]
-pub enum FrameShaders {
-    /// A map that is filtered before it is read.
-    Prefiltered {
-        /// Samples of depth to stored texels.
-        resolve: String,
-        /// Both filter passes.
-        filter: String,
-        /// The next mip level.
-        halve: String,
-        /// Shading.
-        shade: String,
-        /// Channels of each texture, 1 to 4.
-        textures: Vec<usize>,
-        /// Format of all of them.
-        format: TexelFormat,
-    },
-    /// A depth map that is compared tap by tap.
-    Comparison {
-        /// Shading.
-        shade: String,
-    },
-}
 
 /// A frame's sizes and parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,16 +93,6 @@ impl FrameRenderer {
         Ok(Self { gpu, geometry, scene_light, scene: scene.clone(), direction })
     }
 
-    /// The adapter.
-    pub fn adapter(&self) -> &AdapterName {
-        &self.gpu.name
-    }
-
-    /// Whether the adapter runs on the CPU: its times are no GPU times.
-    pub fn is_software(&self) -> bool {
-        self.gpu.software
-    }
-
     /// Gives the device up, as a driver that crashes does. Every later frame is an error.
     pub fn lose(&self) {
         self.gpu.lose();
@@ -201,8 +155,8 @@ impl FrameRenderer {
 
 /// Textures, pipelines and queries of a technique's frames.
 struct Prepared {
-    shadow_map: TrianglePass,
-    surfaces: TrianglePass,
+    light: LightPass,
+    surfaces: RasterPass,
     chain: Option<Chain>,
     shade: Shading,
     timer: Option<PassTimer>,
@@ -219,22 +173,24 @@ impl Prepared {
             FrameShaders::Prefiltered { .. } => settings.samples,
             FrameShaders::Comparison { .. } => 1,
         };
-        let light = LightFrame::fit(scene, renderer.direction, settings.map_size, settings.map_size)?;
-        let shadow_map = renderer.geometry.shadow_map(gpu, scene, &light, samples)?;
-        let targets = Targets::new(gpu, settings.width, settings.height);
-        let surfaces = renderer.geometry.surfaces(gpu, scene, &targets)?;
-        let light_rows = light_uniform(&light, renderer.scene_light, settings);
+        let frame = LightFrame::fit(scene, renderer.direction, settings.map_size, settings.map_size)?;
+        let light = renderer.geometry.light_pass(gpu, scene, &frame, samples)?;
+        let size = (settings.width, settings.height);
+        let (surfaces, seen) = renderer.geometry.surfaces(gpu, scene, size)?;
+        let light_rows = light_uniform(&frame, renderer.scene_light, settings);
         let light_rows = gpu.buffer_of("light", &light_rows, wgpu::BufferUsages::UNIFORM);
-        let chain = match shaders {
-            FrameShaders::Prefiltered { resolve, filter, halve, textures, format, .. } => {
+        let (shade, chain) = match shaders {
+            FrameShaders::Prefiltered { resolve, rows, columns, halve, shade, textures, format } => {
                 let formats =
                     textures.iter().map(|&channels| texture_format(*format, channels)).collect::<Vec<_>>();
-                Some(Chain::new(gpu, [resolve, filter, halve], &formats, settings, &shadow_map.view)?)
+                let passes = [resolve, rows, columns, halve].map(String::as_str);
+                (shade, Some(Chain::new(gpu, passes, &formats, settings, &light.depths)?))
             }
-            FrameShaders::Comparison { .. } => None,
+            FrameShaders::Comparison { shade } => (shade, None),
         };
-        let shade = Shading::new(gpu, shaders, &targets, &light_rows, chain.as_ref(), &shadow_map.view);
-        Ok(Self { shadow_map, surfaces, chain, shade, timer: PassTimer::new(gpu, PASSES) })
+        let maps = chain.as_ref().map_or(&[][..], |chain| &chain.maps);
+        let shade = Shading::new(gpu, shade, &seen, &light_rows, maps, &light.depths)?;
+        Ok(Self { light, surfaces, chain, shade, timer: PassTimer::new(gpu, PASSES) })
     }
 
     /// Renders a frame and waits for it: its passes with their times, none without timestamps.
@@ -245,7 +201,7 @@ impl Prepared {
             names.push(name);
             self.timer.as_ref().map(|timer| timer.writes(names.len() as u32 - 1))
         };
-        self.shadow_map.draw(&mut encoder, stamp("shadow map"));
+        self.light.pass.draw(&mut encoder, stamp("shadow map"));
         if let Some(chain) = &self.chain {
             chain.resolve.draw(&mut encoder, stamp("resolve"));
             chain.rows.draw(&mut encoder, stamp("filter rows"));
@@ -312,7 +268,7 @@ fn light_uniform(light: &LightFrame, towards: [f64; 3], settings: &FrameSettings
 }
 
 struct Shading {
-    pass: CoverPass,
+    pass: RasterPass,
     colour: wgpu::Texture,
     shadow: wgpu::Texture,
 }
@@ -320,47 +276,32 @@ struct Shading {
 impl Shading {
     fn new(
         gpu: &GraphicsDevice,
-        shaders: &FrameShaders,
-        targets: &Targets,
+        shader: &str,
+        surfaces: &Surfaces,
         light: &wgpu::Buffer,
-        chain: Option<&Chain>,
+        maps: &[wgpu::Texture],
         depths: &wgpu::TextureView,
-    ) -> Self {
-        let size = (targets.width, targets.height);
+    ) -> Result<Self, DeviceError> {
+        let seen = surfaces[0].texture();
         let usage = Uses::RENDER_ATTACHMENT | Uses::COPY_SRC;
-        let colour = gpu.texture(Format::Rgba8Unorm, size, 1, 1, usage);
-        let shadow = gpu.texture(Format::R32Float, size, 1, 1, usage);
-        let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        let [colour, shadow] = [Format::Rgba8Unorm, Format::R32Float]
+            .map(|format| gpu.texture(format, (seen.width(), seen.height()), 1, 1, usage));
+        let linear = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,
             mipmap_filter: wgpu::MipmapFilterMode::Linear,
             ..Default::default()
         });
-        let views: Vec<wgpu::TextureView> = chain
-            .map(|chain| chain.maps.iter().map(|map| map.create_view(&Default::default())).collect())
-            .unwrap_or_default();
-        let mut resources: Vec<(u32, wgpu::BindingResource<'_>)> = vec![(10, light.as_entire_binding())];
-        for (binding, view) in (11..).zip(&targets.views) {
-            resources.push((binding, wgpu::BindingResource::TextureView(view)));
+        let views: Vec<_> = maps.iter().map(|map| map.create_view(&Default::default())).collect();
+        let mut resources = map_resources(&views);
+        resources.push(("light", light.as_entire_binding()));
+        resources.push(("linear", wgpu::BindingResource::Sampler(&linear)));
+        let named = ["positions", "normals", "albedos"].into_iter().zip(surfaces);
+        for (name, view) in named.chain([("depths", depths)]) {
+            resources.push((name, wgpu::BindingResource::TextureView(view)));
         }
-        for (binding, view) in (0..).zip(&views) {
-            resources.push((binding, wgpu::BindingResource::TextureView(view)));
-        }
-        let shade = match shaders {
-            FrameShaders::Prefiltered { shade, .. } => {
-                resources.push((2, wgpu::BindingResource::Sampler(&sampler)));
-                shade
-            }
-            FrameShaders::Comparison { shade } => {
-                resources.push((3, wgpu::BindingResource::TextureView(depths)));
-                shade
-            }
-        };
-        let to = [
-            (Format::Rgba8Unorm, colour.create_view(&Default::default())),
-            (Format::R32Float, shadow.create_view(&Default::default())),
-        ];
-        let pass = CoverPass::new(gpu, &gpu.shader(shade), "pixel", &resources, &to);
-        Self { pass, colour, shadow }
+        let to = [&colour, &shadow].map(|texture| texture.create_view(&Default::default()));
+        let pass = RasterPass::new(gpu, shader, &resources, Vec::new(), to.to_vec(), None)?;
+        Ok(Self { pass, colour, shadow })
     }
 }

@@ -57,7 +57,7 @@ impl LightFrame {
     ///
     /// # Errors
     /// [`RenderError::LightDirection`] if a component is not finite or all are zero.
-    pub fn axes(direction: [f32; 3]) -> Result<[[f64; 3]; 3], RenderError> {
+    fn axes(direction: [f32; 3]) -> Result<[[f64; 3]; 3], RenderError> {
         let largest = direction.iter().fold(0.0f32, |m, c| m.max(c.abs()));
         if !direction.iter().all(|c| c.is_finite()) || largest == 0.0 {
             return Err(RenderError::LightDirection(direction));

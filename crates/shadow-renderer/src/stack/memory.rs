@@ -1,6 +1,7 @@
 //! How much memory a rendering may use, asked before it is allocated.
 
-use crate::{PreparedTriangles, RenderError};
+use crate::RenderError;
+use crate::stack::prepare::PreparedTriangles;
 
 /// Bytes per fragment at the peak of either backend: its key, its key in the buffer of a band in flight, depth,
 /// gradient and bit.

@@ -8,8 +8,8 @@ mod glyphs;
 pub(crate) mod memory;
 pub mod pictures;
 pub(crate) mod prepare;
-mod rasterize;
-pub(crate) mod render;
+pub(crate) mod rasterize;
+pub(crate) mod stage_times;
 
 use crate::RenderError;
 
@@ -66,11 +66,6 @@ impl FacingBits {
     pub fn iter(&self) -> impl ExactSizeIterator<Item = bool> + '_ {
         (0..self.len).map(|i| self.get(i))
     }
-
-    /// The words, 32 bits each, least significant bit first.
-    pub fn words(&self) -> &[u32] {
-        &self.words
-    }
 }
 
 impl FromIterator<bool> for FacingBits {
@@ -124,7 +119,7 @@ impl ShadowMapStack {
     /// # Panics
     /// If the texel lies outside of the map.
     #[inline]
-    pub fn range(&self, x: u32, y: u32) -> std::ops::Range<usize> {
+    fn range(&self, x: u32, y: u32) -> std::ops::Range<usize> {
         assert!(x < self.width && y < self.height, "texel ({x}, {y}) of {}x{}", self.width, self.height);
         let texel = y as usize * self.width as usize + x as usize;
         self.offsets[texel] as usize..self.offsets[texel + 1] as usize

@@ -24,7 +24,7 @@ const RAMP: [[f32; 3]; 6] = [
 ];
 
 /// Colour of `t` in [0, 1] (clamped) on the ramp from dark blue to bright yellow.
-pub fn ramp_color(t: f32) -> Rgb<u8> {
+fn ramp_color(t: f32) -> Rgb<u8> {
     let position = t.clamp(0.0, 1.0) * (RAMP.len() - 1) as f32;
     let lower = (position as usize).min(RAMP.len() - 2);
     let fraction = position - lower as f32;

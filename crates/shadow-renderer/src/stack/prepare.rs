@@ -3,13 +3,13 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
+use scenes::Scene;
 
 use crate::stack::fixed_point::{DEPTH_BITS, MaskPlanes, Masks, Plane};
 use crate::{LightFrame, RenderError};
-use scenes::Scene;
 
 /// Sub-texel steps per texel to which vertices are snapped.
-pub const SUBTEXELS: i32 = 256;
+pub(crate) const SUBTEXELS: i32 = 256;
 /// Largest distance from the map's origin, in texels, at which edge functions stay exact in the shader.
 const GUARD_TEXELS: u32 = 16384;
 /// Marks a triangle without alpha mask.
@@ -68,20 +68,19 @@ struct Projected {
 
 /// All triangles of a scene, in its order.
 #[derive(Clone, Debug)]
-pub struct PreparedTriangles {
-    pub(crate) triangles: Vec<PreparedTriangle>,
-    pub(crate) surfaces: Vec<Surface>,
-    pub(crate) mask_planes: Vec<MaskPlanes>,
-    pub(crate) masks: Masks,
-    pub(crate) width: u32,
-    pub(crate) height: u32,
+pub(crate) struct PreparedTriangles {
+    pub triangles: Vec<PreparedTriangle>,
+    pub surfaces: Vec<Surface>,
+    pub mask_planes: Vec<MaskPlanes>,
+    pub masks: Masks,
+    pub width: u32,
+    pub height: u32,
     tally: Tally,
 }
 
 /// What became of some triangles.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
-    covering: usize,
     degenerate: usize,
     uncovering: usize,
     /// Sum of twice the areas in squared sub-texels, each at most that of the bounds; saturating.
@@ -91,7 +90,6 @@ struct Tally {
 impl Tally {
     fn join(self, other: Self) -> Self {
         Self {
-            covering: self.covering + other.covering,
             degenerate: self.degenerate + other.degenerate,
             uncovering: self.uncovering + other.uncovering,
             area_twice: self.area_twice.saturating_add(other.area_twice),
@@ -117,7 +115,7 @@ impl PreparedTriangles {
 
     /// The same for a scene that passed [`Scene::check`] and a frame of supported
     /// size.
-    pub(crate) fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
+    pub fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
         let projected = project(scene, frame)?;
         let count = scene.triangles.len();
@@ -150,16 +148,6 @@ impl PreparedTriangles {
         }
         let [width, height] = size;
         Ok(Self { triangles, surfaces, mask_planes, masks, width, height, tally })
-    }
-
-    /// Triangles that may cover a texel centre.
-    pub fn len(&self) -> usize {
-        self.tally.covering
-    }
-
-    /// True if no triangle covers a texel centre.
-    pub fn is_empty(&self) -> bool {
-        self.tally.covering == 0
     }
 
     /// Triangles dropped because their area is zero after snapping.
@@ -263,7 +251,6 @@ fn set_up(
     }
     let box_texels = u64::from(bounds[2] - bounds[0]) * u64::from(bounds[3] - bounds[1]);
     let area_of_bounds = box_texels * AREA_TWICE_OF_TEXEL;
-    tally.covering += 1;
     tally.area_twice = tally.area_twice.saturating_add(area.unsigned_abs().min(area_of_bounds));
     let plane_corners = plane_corners(vertices);
     let reference = [f64::from(bounds[0]) + 0.5, f64::from(bounds[1]) + 0.5];

@@ -3,10 +3,11 @@
 use super::records::{BoundsRecord, BoundsSample, KernelRecord};
 use super::settings::{BoundsExperiment, Figure, Technique, Timing};
 use crate::error::EvaluationError;
+use crate::experiment::kind::RunContext;
 use crate::kernel::uniform_distribution;
-use crate::method::Method;
-use crate::run::{Progress, Recorded};
+use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use moment_problem::Method;
 use moment_problem::{Bounds, DepthDistribution};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -75,7 +76,7 @@ impl BoundsExperiment {
     }
 
     /// Computes all bounds in parallel, then times some alone.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;
         let done = AtomicUsize::new(0);
         let records: Vec<BoundsRecord> = plan
@@ -83,7 +84,7 @@ impl BoundsExperiment {
             .par_iter()
             .map(|trial| {
                 let record = plan.record(trial);
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, plan.trials.len());
+                (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, plan.trials.len());
                 record
             })
             .collect();

@@ -1,9 +1,11 @@
 //! The keys of an experiment of kind `bounds`.
 
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
 use crate::kernel::Kernel;
-use crate::method::{Domain, Method, Solver, method};
+use crate::run::Recorded;
 use moment_problem::Basis;
+use moment_problem::{Interval, Method, Solver, method};
 use serde::{Deserialize, Serialize};
 
 /// Largest accepted number of fragment depths.
@@ -70,7 +72,7 @@ pub struct Technique {
     pub basis: String,
     /// Admissible depths.
     #[serde(default)]
-    pub interval: Domain,
+    pub interval: Interval,
     /// The solver; without it the closed form or the exchange simplex.
     pub solver: Option<Solver>,
 }
@@ -87,9 +89,14 @@ pub struct Mark {
     pub text: String,
 }
 
-impl BoundsExperiment {
-    /// Rejects values that make no sense, before anything is computed.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Settings for BoundsExperiment {
+    const KIND: &'static str = "bounds";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |reason: String| Err(EvaluationError::Value(reason));
         for depths in [self.depths].into_iter().chain(self.figure.iter().filter_map(|figure| figure.depths)) {
             if !(2..=MAX_DEPTHS).contains(&depths) {
@@ -123,6 +130,12 @@ impl BoundsExperiment {
         Ok(())
     }
 
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl BoundsExperiment {
     pub(super) fn kernel_index(&self, id: &str) -> Result<usize, EvaluationError> {
         let index = self.kernel.iter().position(|kernel| kernel.id == id);
         index.ok_or_else(|| EvaluationError::Value(format!("kernel `{id}` is not defined")))

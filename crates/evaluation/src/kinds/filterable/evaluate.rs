@@ -9,7 +9,8 @@ use super::statistics::{Group, Outcome, TOLERANCE, record};
 use super::timing;
 use super::view::{CLASSES, LoadedScene, Sample, View};
 use crate::error::EvaluationError;
-use crate::run::{Progress, Recorded};
+use crate::experiment::kind::RunContext;
+use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use rayon::prelude::*;
 use shadow_filtering::{ChannelMap, FilteringError, Kernel, Receiver, Technique, encode, filter};
@@ -202,7 +203,7 @@ impl FilterableExperiment {
     }
 
     /// Evaluates view by view, then times alone.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;
         let mut tables = Tables::default();
         tables.evaluated.resize_with(self.technique.len(), Vec::new);
@@ -221,7 +222,7 @@ impl FilterableExperiment {
                 for technique in 0..self.technique.len() {
                     let evaluated = plan.evaluate(technique, &view, &truth)?;
                     tables.evaluated[technique].push(evaluated);
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, total);
+                    (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
                 }
                 tables.views.push(view.record(&truth.reference[0]));
                 tables.complete.push(view.is_complete());

@@ -1,6 +1,9 @@
 //! The TOML keys of the kind `filterable`.
 
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
+use crate::role::{Role, check_roles};
+use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, FilteringError, KernelSpec, Reference, SurfaceCounter, TechniqueSpec};
 
@@ -76,6 +79,9 @@ pub struct FilterableTiming {
 pub struct FilterableTechnique {
     /// Name in records and legends.
     pub name: String,
+    /// Part in what papers claim, unique among its like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// A filterable shadow map.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub method: Option<TechniqueSpec>,
@@ -114,9 +120,20 @@ pub struct Picture {
     pub techniques: Vec<String>,
 }
 
-impl FilterableExperiment {
-    /// Rejects values that make no sense, before anything is rendered.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Role for FilterableTechnique {
+    fn role(&self) -> Option<&str> {
+        self.role.as_deref()
+    }
+}
+
+impl Settings for FilterableExperiment {
+    const KIND: &'static str = "filterable";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=MAX_SIZE).contains(&self.size) {
             return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
@@ -144,6 +161,7 @@ impl FilterableExperiment {
             bias.reference.check().map_err(in_key(&format!("bias[{i}].reference")))?;
             bias.technique.check().map_err(in_key(&format!("bias[{i}].technique")))?;
         }
+        check_roles(&self.technique, "technique")?;
         for (i, technique) in self.technique.iter().enumerate() {
             if self.technique[..i].iter().any(|other| other.name == technique.name) {
                 let key = format!("technique[{i}].name");
@@ -191,6 +209,30 @@ impl FilterableExperiment {
         Ok(())
     }
 
+    fn scenes(&self) -> Option<&[String]> {
+        Some(&self.scenes)
+    }
+
+    fn replace_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+        if !self.maps.views.is_empty() {
+            self.maps.views = vec!["*".to_owned()];
+        }
+        self.picture.truncate(1);
+        for picture in &mut self.picture {
+            picture.scene.clone_from(&scenes[0]);
+            picture.view.clear();
+            picture.texel = None;
+        }
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl FilterableExperiment {
     fn check_technique(&self, index: usize) -> Result<(), EvaluationError> {
         let technique = &self.technique[index];
         let place = format!("technique[{index}]");
@@ -222,21 +264,6 @@ impl FilterableExperiment {
             });
         }
         Ok(())
-    }
-
-    /// Replaces the scenes; maps and pictures then show the new ones.
-    pub(crate) fn with_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
-        if !self.maps.views.is_empty() {
-            self.maps.views = vec!["*".to_owned()];
-        }
-        self.picture.truncate(1);
-        for picture in &mut self.picture {
-            picture.scene.clone_from(&scenes[0]);
-            picture.view.clear();
-            picture.texel = None;
-        }
     }
 
     /// How F is computed under a bias.

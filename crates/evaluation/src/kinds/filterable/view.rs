@@ -3,7 +3,7 @@
 use super::records::{ViewRecord, rounded};
 use super::settings::FilterableExperiment;
 use crate::error::EvaluationError;
-use crate::kernel::Random;
+use random_stream::Random;
 use rayon::prelude::*;
 use scenes::{LightView, Scene, load_scene};
 use shadow_filtering::{DepthMap, FilteringError, Kernel, Receiver, SurfaceCounter};
@@ -287,7 +287,7 @@ pub(crate) fn chosen(all: usize, wanted: usize, seed: u64, stream: usize) -> Vec
     if wanted == 0 || wanted >= all {
         return (0..all).collect();
     }
-    let mut random = Random::new(seed, stream as u64, 0);
+    let mut random = Random::substream(seed, stream as u64, 0);
     let pick = |i: usize| ((i as f64 + random.unit()) * all as f64 / wanted as f64) as usize;
     let mut indices: Vec<usize> = (0..wanted).map(pick).map(|index| index.min(all - 1)).collect();
     // Rounding at the seam of two parts could name a fragment twice.

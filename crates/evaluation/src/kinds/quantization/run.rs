@@ -8,13 +8,14 @@ use super::settings::QuantizationExperiment;
 use super::variant::Variant;
 use super::workload::StoredView;
 use crate::error::EvaluationError;
+use crate::experiment::kind::RunContext;
 use crate::kinds::filterable::records::rounded;
-use crate::run::{Progress, Recorded};
+use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 
 impl QuantizationExperiment {
     /// Optimises, then evaluates one way to store moments after the other.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let views = StoredView::all(self)?;
         let variants = Variant::all(self)?;
         let total = self.gain.len() + variants.len();
@@ -23,7 +24,7 @@ impl QuantizationExperiment {
             let (record, sample) = gains::optimised(setting, self.seed);
             gains.push(record);
             samples.push(sample);
-            progress(done + 1, total);
+            (context.progress)(done + 1, total);
         }
         let failed = gains.iter().filter(|record| !record.error.is_empty()).count();
         for published in gains::all_published() {
@@ -41,7 +42,7 @@ impl QuantizationExperiment {
                 by_kernel.len() - 1
             });
             tables.add(self, variant, &by_kernel[place].1)?;
-            progress(self.gain.len() + done + 1, total);
+            (context.progress)(self.gain.len() + done + 1, total);
         }
         let mut view_rows = Vec::new();
         if let Some((_, fragments)) = by_kernel.first() {

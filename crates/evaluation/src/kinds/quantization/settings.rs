@@ -2,7 +2,9 @@
 
 use super::variant::Variant;
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::settings::{BiasSetting, in_key};
+use crate::run::Recorded;
 use moment_problem::Basis;
 use quantization::{DepthInterval, Structure};
 use serde::{Deserialize, Serialize};
@@ -139,9 +141,14 @@ pub struct StoreSetting {
     pub codes: bool,
 }
 
-impl QuantizationExperiment {
-    /// Rejects values that make no sense, before anything is computed.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Settings for QuantizationExperiment {
+    const KIND: &'static str = "quantization";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=crate::kinds::filterable::settings::MAX_SIZE).contains(&self.size) {
             let most = crate::kinds::filterable::settings::MAX_SIZE;
@@ -201,6 +208,21 @@ impl QuantizationExperiment {
         Variant::check(self)
     }
 
+    fn scenes(&self) -> Option<&[String]> {
+        Some(&self.scenes)
+    }
+
+    fn replace_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl QuantizationExperiment {
     /// The filter of a way to store moments.
     pub(crate) fn kernel_of(&self, store: &StoreSetting) -> KernelSpec {
         store.kernel.unwrap_or(self.kernel)

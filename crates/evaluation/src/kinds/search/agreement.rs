@@ -2,9 +2,9 @@
 
 use super::records::SearchAgreementRecord;
 use super::sweep::Sweep;
-use crate::kernel::Random;
 use moment_problem::BasisFunction;
 use moment_problem::fast_simplex::{FastFragment, FastSimplex, SupportColumns, reference_bound};
+use random_stream::Random;
 use rayon::prelude::*;
 
 /// Stream of random numbers, apart from those of the views.
@@ -22,7 +22,7 @@ fn one(
     i: usize,
     fragments: usize,
 ) -> Option<SearchAgreementRecord> {
-    let mut random = Random::new(sweep.experiment.seed, STREAM, i as u64);
+    let mut random = Random::substream(sweep.experiment.seed, STREAM, i as u64);
     let order = i % sweep.subsets.len();
     let number = (random.unit() * sweep.subsets[order].len() as f64) as u32;
     let members = sweep.members(order, number);

@@ -24,5 +24,4 @@ pub use records::{
     MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, SearchViewRecord, StageRecord,
 };
 pub use run::Prediction;
-pub(crate) use run::SearchContext;
 pub use settings::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};

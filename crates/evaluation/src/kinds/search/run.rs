@@ -10,28 +10,17 @@ use super::sweep::Sweep;
 use super::timing::time;
 use super::workload::Workload;
 use crate::error::EvaluationError;
+use crate::experiment::kind::RunContext;
 use crate::provenance::sha256;
-use crate::run::{Progress, Recorded};
+use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use moment_problem::BasisFunction;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 /// Normal quantile of the intervals: 99 % lie within.
 const INTERVAL_DEVIATIONS: f64 = 2.576;
-
-/// How a search is to be run.
-pub(crate) struct SearchContext<'a> {
-    /// The run directory.
-    pub(crate) directory: &'a Path,
-    /// Only a part of the first block.
-    pub(crate) shard: Option<Shard>,
-    /// Directories of shards to be merged.
-    pub(crate) merge: &'a [PathBuf],
-    /// The program and the resolved experiment: shards of other ones do not fit.
-    pub(crate) identity: String,
-}
 
 /// What a search will cost.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -58,11 +47,7 @@ impl SearchExperiment {
     }
 
     /// Runs the search or a part of it.
-    pub(crate) fn run(
-        &self,
-        context: &SearchContext<'_>,
-        progress: Progress<'_>,
-    ) -> Result<Recorded, EvaluationError> {
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let (workload, functions) = self.prepare()?;
         let inputs = sha256(format!("{} {}", context.identity, workload.digest()).as_bytes());
         let mut known = HashMap::new();
@@ -100,11 +85,11 @@ impl SearchExperiment {
             merged.sort_by_key(|(key, _)| *key);
             checkpoint.append(&merged)?;
         }
-        sweep.first(shard, &mut known, &mut checkpoint, progress)?;
+        sweep.first(shard, &mut known, &mut checkpoint, context.progress)?;
         if context.shard.is_some() {
             return Ok(Recorded { files: Vec::new(), trials: known.len(), failed: 0, complete: false });
         }
-        sweep.refine(&mut known, &mut checkpoint, progress)?;
+        sweep.refine(&mut known, &mut checkpoint, context.progress)?;
         self.recorded(&sweep, &functions, &known)
     }
 

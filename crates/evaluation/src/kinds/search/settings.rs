@@ -1,7 +1,10 @@
 //! The TOML keys of a candidate search.
 
+use super::run::Prediction;
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::{BiasSetting, FilterableTechnique};
+use crate::run::Recorded;
 use moment_problem::fast_simplex::MAX_ROWS;
 use moment_problem::{Basis, BasisFunction};
 use serde::{Deserialize, Serialize};
@@ -103,9 +106,15 @@ pub struct SearchTiming {
     pub microlp_fragments: usize,
 }
 
-impl SearchExperiment {
-    /// Rejects values that make no sense, before anything is rendered.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Settings for SearchExperiment {
+    const KIND: &'static str = "search";
+    const IS_RESUMABLE: bool = true;
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |reason: String| Err(EvaluationError::Value(reason));
         let within = |key: &str, value: usize, range: std::ops::RangeInclusive<usize>| {
             if range.contains(&value) {
@@ -169,6 +178,25 @@ impl SearchExperiment {
         Ok(())
     }
 
+    fn scenes(&self) -> Option<&[String]> {
+        Some(&self.scenes)
+    }
+
+    fn replace_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+
+    fn predict(&self, threads: usize) -> Option<Result<Prediction, EvaluationError>> {
+        Some(self.predict(threads))
+    }
+}
+
+impl SearchExperiment {
     /// The family.
     ///
     /// # Errors

@@ -6,7 +6,8 @@ use super::records::OrderShare;
 use super::scenery::{Plan, Variant};
 use super::settings::SpeedAccuracyExperiment;
 use crate::error::EvaluationError;
-use crate::experiment::{Experiment, Kind, Scale};
+use crate::experiment::kind::Settings;
+use crate::experiment::{Experiment, Scale};
 use crate::kinds::filterable::view::LoadedScene;
 use crate::run::{Progress, pool};
 use serde::Serialize;
@@ -186,7 +187,7 @@ fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, Ev
             options.seed,
         )?,
     };
-    let Kind::SpeedAccuracy(mut experiment) = read.kind else {
+    let Some(mut experiment) = read.settings::<SpeedAccuracyExperiment>().cloned() else {
         let reason = format!("experiment `{}` is not of kind \"speed-accuracy\"", read.name);
         return Err(EvaluationError::Value(reason));
     };
@@ -198,7 +199,7 @@ fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, Ev
         experiment.divisors.retain(|divisor| size.is_multiple_of(*divisor));
     }
     experiment.check()?;
-    Ok(*experiment)
+    Ok(experiment)
 }
 
 fn least_error(race: &Race<'_>, arms: std::ops::Range<usize>) -> Option<usize> {

@@ -2,9 +2,9 @@
 
 use super::settings::CandidateSetting;
 use crate::error::EvaluationError;
-use crate::kernel::Random;
 use crate::kinds::quantization::published;
 use quantization::{AffineTransform, DepthInterval, NumberFormat, Search, optimise};
+use random_stream::Random;
 use shadow_filtering::techniques::MomentBound;
 use shadow_filtering::{
     FilteringError, MomentOptions, RealTime, StorageFormat, StoredTechnique, Technique, TechniqueSpec,
@@ -187,7 +187,7 @@ fn operations(technique: &dyn RealTime, stored: &StoredTechnique) -> f64 {
     let m = technique.channels();
     let mut total = 0;
     for kernel in 0..KERNELS {
-        let random = &mut Random::new(0, KERNEL_STREAM, kernel);
+        let random = &mut Random::substream(0, KERNEL_STREAM, kernel);
         let (mut b, mut sum) = (vec![0.0; m], vec![0.0; m]);
         for _ in 0..3 {
             technique.encode_single(random.unit() as f32, &mut b);

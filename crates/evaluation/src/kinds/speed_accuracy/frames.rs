@@ -8,11 +8,11 @@ use super::scenery::Plan;
 use super::settings::{FrameTiming, SpeedAccuracyExperiment};
 use crate::kinds::filterable::view::{LoadedScene, Source};
 use graphics_device::{DeviceError, GraphicsDevice};
-use quantization::NumberFormat;
-use shadow_filtering::{Kernel, PassShaders, comparison_shader};
+use shaders::FrameShaders;
+use shadow_filtering::{Kernel, comparison_shaders};
 use std::time::Duration;
 
-use shadow_renderer::{FrameRenderer, FrameSettings, FrameShaders, RenderError, TexelFormat};
+use shadow_renderer::{FrameRenderer, FrameSettings, RenderError};
 
 /// Times and what they were measured on.
 pub(crate) struct FrameTimes {
@@ -27,6 +27,9 @@ struct Point {
     output: [u32; 2],
     kernel: usize,
 }
+
+/// Name of percentage-closer filtering with a receiver plane among the frames.
+pub const COMPARED_FRAME: &str = "PCF with receiver plane";
 
 impl FrameTiming {
     /// The middle of everything, then each parameter on its own.
@@ -145,24 +148,13 @@ impl Plan<'_> {
     fn frame_shaders(&self, kernel: &Kernel) -> Vec<(String, String, FrameShaders)> {
         let candidates = self.candidates.iter().filter_map(|candidate| {
             let passes = candidate.stored.passes(kernel, 4)?;
-            Some((candidate.name.clone(), candidate.format.clone(), shaders(passes)?))
+            Some((candidate.name.clone(), candidate.format.clone(), passes))
         });
         let limit = self.experiment.plane_limit;
-        let reference = FrameShaders::Comparison { shade: comparison_shader(kernel, limit) };
-        let name = "PCF with receiver plane".to_owned();
+        let reference = comparison_shaders(kernel, limit);
+        let name = COMPARED_FRAME.to_owned();
         candidates.chain([(name, "depth".to_owned(), reference)]).collect()
     }
-}
-
-fn shaders(passes: PassShaders) -> Option<FrameShaders> {
-    let format = match passes.format {
-        NumberFormat::Unorm16 => TexelFormat::Unorm16,
-        NumberFormat::F16 => TexelFormat::F16,
-        NumberFormat::F32 => TexelFormat::F32,
-        NumberFormat::Unorm10 | NumberFormat::U32Fixed { .. } => return None,
-    };
-    let PassShaders { resolve, filter, halve, shade, textures, .. } = passes;
-    Some(FrameShaders::Prefiltered { resolve, filter, halve, shade, textures, format })
 }
 
 impl SpeedAccuracyExperiment {
@@ -187,7 +179,7 @@ impl SpeedAccuracyExperiment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::{Experiment, Kind, Scale};
+    use crate::experiment::{Experiment, Scale};
     use crate::kinds::speed_accuracy::DEFAULT_CANDIDATES;
     use std::cell::Cell;
     use std::path::Path;
@@ -196,8 +188,8 @@ mod tests {
     fn a_lost_device_ends_the_rows_of_the_gpu_and_nothing_else() {
         let file = Path::new("speed-accuracy.toml");
         let read = Experiment::parse(file, DEFAULT_CANDIDATES, Scale::Smoke, None).unwrap();
-        let Kind::SpeedAccuracy(experiment) = read.kind else { panic!("another kind") };
-        let plan = Plan::new(&experiment).unwrap();
+        let experiment: &SpeedAccuracyExperiment = read.settings().unwrap();
+        let plan = Plan::new(experiment).unwrap();
         let timing = FrameTiming {
             map_size: 64,
             output: [64, 64],

@@ -13,7 +13,7 @@ use shadow_renderer::{Frame, LightFrame, NO_TRIANGLE};
 use std::io::Cursor;
 
 /// Pixels between pictures.
-const GAP: u32 = 6;
+pub const PICTURE_GAP: u32 = 6;
 
 impl Plan<'_> {
     /// One PNG for each picture: a column for the reference and for each technique.
@@ -120,18 +120,20 @@ impl Surfaces<'_> {
 fn composed(columns: &[RgbaImage], picture: &PictureSetting) -> RgbaImage {
     let [width, height] = picture.output;
     let insets = picture.insets.len() as u32;
-    let gaps = GAP * insets.saturating_sub(1);
+    let gaps = PICTURE_GAP * insets.saturating_sub(1);
     let side = width.saturating_sub(gaps).checked_div(insets).map_or(0, |side| side.max(1));
-    let total =
-        (columns.len() as u32 * (width + GAP) - GAP, height + if insets > 0 { GAP + side } else { 0 });
+    let total = (
+        columns.len() as u32 * (width + PICTURE_GAP) - PICTURE_GAP,
+        height + if insets > 0 { PICTURE_GAP + side } else { 0 },
+    );
     let mut all = RgbaImage::from_pixel(total.0, total.1, image::Rgba([255; 4]));
     for (column, image) in columns.iter().enumerate() {
-        let left = column as u32 * (width + GAP);
+        let left = column as u32 * (width + PICTURE_GAP);
         imageops::replace(&mut all, image, i64::from(left), 0);
         for (i, &[x, y, size]) in picture.insets.iter().enumerate() {
             let part = imageops::crop_imm(image, x, y, size, size).to_image();
             let large = imageops::resize(&part, side, side, imageops::FilterType::Nearest);
-            let at = (left + i as u32 * (side + GAP), height + GAP);
+            let at = (left + i as u32 * (side + PICTURE_GAP), height + PICTURE_GAP);
             imageops::replace(&mut all, &large, i64::from(at.0), i64::from(at.1));
         }
     }

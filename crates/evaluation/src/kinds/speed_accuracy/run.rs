@@ -7,8 +7,9 @@ use super::scenery::{Plan, SceneView, Sums, Variant};
 use super::settings::{Blend, SpeedAccuracyExperiment};
 use super::timing;
 use crate::error::EvaluationError;
+use crate::experiment::kind::RunContext;
 use crate::kinds::filterable::records::rounded;
-use crate::run::{Progress, Recorded};
+use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use rayon::prelude::*;
 use shadow_filtering::{DepthBias, Kernel, Receiver};
@@ -78,7 +79,7 @@ impl Plan<'_> {
 
 impl SpeedAccuracyExperiment {
     /// Evaluates all techniques, then times alone.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = Plan::new(self)?;
         let views = plan.scenery()?;
         let samples: Vec<Vec<u32>> = views
@@ -110,7 +111,7 @@ impl SpeedAccuracyExperiment {
                     cost: plan.cost(candidate, divisor),
                     sums,
                 });
-                progress(measured.len(), total);
+                (context.progress)(measured.len(), total);
             }
         }
         for comparison in &self.comparison {
@@ -136,7 +137,7 @@ impl SpeedAccuracyExperiment {
                     cost: FrameCost::comparison(self.frame, side, kernel.size()),
                     sums: errors.map(|errors| summed(&errors, self.biases.len())).collect(),
                 });
-                progress(measured.len(), total);
+                (context.progress)(measured.len(), total);
             }
         }
         let records = self.records(&measured, &views, plan.unit_cost());

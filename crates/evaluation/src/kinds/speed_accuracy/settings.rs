@@ -2,8 +2,11 @@
 
 use super::candidate::Candidate;
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::maps::plain;
 use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
+use crate::role::{Role, check_roles};
+use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, KernelSpec, Reference, TechniqueSpec};
 
@@ -189,6 +192,9 @@ pub struct PictureSetting {
 pub struct CandidateSetting {
     /// Name in records and legends, the same for all formats of a technique.
     pub name: String,
+    /// Part in what papers claim, unique among its like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// The technique; its moment bias is given by `alphas`, its storage by `format`.
     pub method: TechniqueSpec,
     /// Number format: `unorm10`, `unorm16`, `f16` or `f32`.
@@ -215,9 +221,20 @@ pub struct ComparisonSetting {
     pub kernel: KernelSpec,
 }
 
-impl SpeedAccuracyExperiment {
-    /// Rejects values that make no sense, before anything is rendered.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Role for CandidateSetting {
+    fn role(&self) -> Option<&str> {
+        self.role.as_deref()
+    }
+}
+
+impl Settings for SpeedAccuracyExperiment {
+    const KIND: &'static str = "speed-accuracy";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=MAX_SIZE).contains(&self.size) {
             return fail("size", format!("size = {} is not between 1 and {MAX_SIZE}", self.size));
@@ -272,6 +289,7 @@ impl SpeedAccuracyExperiment {
                 return fail("orders", format!("orders: tolerance {tolerance} is not between 0 and 1"));
             }
         }
+        check_roles(&self.candidate, "candidate")?;
         for (i, setting) in self.candidate.iter().enumerate() {
             let twin =
                 |other: &CandidateSetting| other.name == setting.name && other.format == setting.format;
@@ -297,6 +315,27 @@ impl SpeedAccuracyExperiment {
         Ok(())
     }
 
+    fn scenes(&self) -> Option<&[String]> {
+        Some(&self.scenes)
+    }
+
+    fn replace_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+        // A stack has no camera.
+        self.picture.truncate(usize::from(!scenes[0].ends_with(".npz")));
+        for picture in &mut self.picture {
+            picture.scene.clone_from(&scenes[0]);
+            picture.view.clear();
+        }
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl SpeedAccuracyExperiment {
     /// The pictures of `every_view` for those of these scenes and views that have a camera.
     pub fn pictures_of_views<'a>(
         &self,
@@ -343,18 +382,6 @@ impl SpeedAccuracyExperiment {
             }
         }
         picture.bias.check().map_err(in_key(place))
-    }
-
-    /// Replaces the scenes; the first picture then shows the first of the new ones.
-    pub(crate) fn with_scenes(&mut self, scenes: &[String]) {
-        self.scenes = scenes.to_vec();
-        self.views.clear();
-        // A stack has no camera.
-        self.picture.truncate(usize::from(!scenes[0].ends_with(".npz")));
-        for picture in &mut self.picture {
-            picture.scene.clone_from(&scenes[0]);
-            picture.view.clear();
-        }
     }
 
     /// How F is computed.

@@ -2,8 +2,8 @@
 
 use super::exact::Polynomials;
 use super::settings::Shape;
-use crate::kernel::Random;
 use moment_problem::arithmetic::{DoubleDouble, Real};
+use random_stream::Random;
 
 /// A distribution of depths and z_f, which is a multiple of 2^-24: single floats hold it and 2 z_f - 1.
 #[derive(Clone, Debug, Default)]
@@ -228,7 +228,7 @@ mod tests {
 
     #[test]
     fn inputs_are_distributions_on_the_unit_interval_at_their_knobs() {
-        let mut draw = Draw(Random::new(1, 2, 3));
+        let mut draw = Draw(Random::substream(1, 2, 3));
         for shape in [
             Shape::OneSurface,
             Shape::TwoSurfaces,
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn leading_coefficients_vanish_at_poles() {
-        let mut draw = Draw(Random::new(4, 0, 0));
+        let mut draw = Draw(Random::substream(4, 0, 0));
         let mut near = 0;
         for _ in 0..100 {
             let input = draw.input(Shape::Pole, 1e-7, 0.05);

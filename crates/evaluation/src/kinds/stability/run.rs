@@ -7,10 +7,11 @@ use super::records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, Stab
 use super::scenes;
 use super::settings::{Shape, StabilityExperiment, StabilityFamily};
 use crate::error::EvaluationError;
-use crate::kernel::Random;
-use crate::run::{Progress, Recorded};
+use crate::experiment::kind::RunContext;
+use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use moment_problem::arithmetic::{DoubleDouble, Real};
+use random_stream::Random;
 use rayon::prelude::*;
 use shadow_filtering::techniques::MomentBound;
 use std::fmt::Write as _;
@@ -19,7 +20,7 @@ use std::time::Instant;
 
 impl StabilityExperiment {
     /// Evaluates all cells of all families in parallel, then times the methods alone.
-    pub(crate) fn run(&self, progress: Progress<'_>) -> Result<Recorded, EvaluationError> {
+    pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;
         let (fragments, views) = scenes::inputs(self)?;
         let (done, cells) = (AtomicUsize::new(0), self.cells * self.cells);
@@ -30,7 +31,7 @@ impl StabilityExperiment {
                 .into_par_iter()
                 .map(|cell| {
                     let outcome = self.cell(&plan, index, cell, &by_cell);
-                    progress(done.fetch_add(1, Ordering::Relaxed) + 1, cells * self.family.len());
+                    (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, cells * self.family.len());
                     outcome
                 })
                 .collect();
@@ -94,7 +95,7 @@ impl StabilityExperiment {
             }
             return outcome;
         }
-        let mut draw = Draw(Random::new(self.seed, family as u64, cell as u64));
+        let mut draw = Draw(Random::substream(self.seed, family as u64, cell as u64));
         let next = |draw: &mut Draw| {
             let place = |index: usize, fraction: f64| (index as f64 + fraction) / self.cells as f64;
             let x = settings.x.at(place(cell % self.cells, draw.0.unit()));
@@ -115,7 +116,7 @@ impl StabilityExperiment {
         let Some(family) = self.family.iter().find(|family| family.shape != Shape::Scenes) else {
             return Ok(Vec::new());
         };
-        let mut draw = Draw(Random::new(self.seed, u64::MAX, 0));
+        let mut draw = Draw(Random::substream(self.seed, u64::MAX, 0));
         let inputs: Vec<(Input, Moments<DoubleDouble>)> = (0..self.timing.inputs)
             .map(|_| {
                 let (x, y) = (family.x.at(draw.0.unit()), family.y.at(draw.0.unit()));
@@ -251,7 +252,7 @@ impl Tables {
 
 /// The command line that prints the exact bound of an input.
 fn command(bound: MomentBound, worst: &Worst) -> String {
-    let (basis, interval) = (bound.basis_name(), bound.interval());
+    let (basis, interval) = (bound.basis_name(), bound.interval().name());
     let mut text = format!("msm bound --basis {basis} --interval {interval} --atoms ");
     for (i, (z, w)) in worst.input.atoms.iter().enumerate() {
         let comma = if i > 0 { "," } else { "" };

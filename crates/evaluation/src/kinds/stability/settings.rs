@@ -2,8 +2,11 @@
 
 use super::method::Prepared;
 use crate::error::EvaluationError;
+use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
 use crate::kinds::quantization::{Alphas, RangeName};
+use crate::role::{Role, check_roles};
+use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::techniques::MomentBound;
 use shadow_filtering::{DepthBias, KernelSpec};
@@ -145,6 +148,9 @@ pub struct Storage {
 pub struct StabilityMethod {
     /// Name in records and figures.
     pub name: String,
+    /// Part in what papers claim, unique among its like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
     /// The bound.
     pub bound: MomentBound,
     /// The algorithm.
@@ -170,9 +176,20 @@ pub struct StabilityMethod {
 /// Most cells along a knob.
 const MAX_CELLS: usize = 64;
 
-impl StabilityExperiment {
-    /// Rejects values that make no sense, before anything is computed.
-    pub(crate) fn check(&self) -> Result<(), EvaluationError> {
+impl Role for StabilityMethod {
+    fn role(&self) -> Option<&str> {
+        self.role.as_deref()
+    }
+}
+
+impl Settings for StabilityExperiment {
+    const KIND: &'static str = "stability";
+
+    fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=MAX_CELLS).contains(&self.cells) {
             return fail("cells", format!("cells = {} is not between 1 and {MAX_CELLS}", self.cells));
@@ -212,6 +229,7 @@ impl StabilityExperiment {
                 }
             }
         }
+        check_roles(&self.method, "method")?;
         for (i, method) in self.method.iter().enumerate() {
             if self.method[..i].iter().any(|other| other.name == method.name) {
                 let key = format!("method[{i}].name");
@@ -220,6 +238,19 @@ impl StabilityExperiment {
             Prepared::new(method, i)?;
         }
         Ok(())
+    }
+
+    fn scenes(&self) -> Option<&[String]> {
+        Some(&self.scenes)
+    }
+
+    fn replace_scenes(&mut self, scenes: &[String]) {
+        self.scenes = scenes.to_vec();
+        self.views.clear();
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
     }
 }
 

@@ -7,7 +7,7 @@ mod simplex;
 
 pub(crate) use certificate::Step;
 pub(crate) use finite::{Column, FiniteProgram};
-pub use prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
+pub(crate) use prepared::PreparedBasis;
 pub(crate) use simplex::{Origin, Program, Solution, minimise};
 
 use super::exact::{ExactPowers, exact_of};
@@ -21,7 +21,7 @@ use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 
 /// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
-pub const CERTIFIED_GAP: f64 = 1e-8;
+pub(crate) const CERTIFIED_GAP: f64 = 1e-8;
 
 /// Power moments up to which the simplex in double-double is at its ease.
 const MOST_POWERS: usize = 8;
@@ -40,11 +40,6 @@ impl ExchangeSimplex {
     /// Prepares the basis (some milliseconds; reuse it for many moment vectors).
     pub fn new(basis: &Basis) -> Result<Self, BasisError> {
         Ok(Self { prepared: PreparedBasis::new(basis)? })
-    }
-
-    /// The prepared basis.
-    pub fn prepared(&self) -> &PreparedBasis {
-        &self.prepared
     }
 }
 
@@ -94,30 +89,38 @@ impl LowerBound for ExchangeSimplex {
     }
 
     fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
+        self.bounds_near(moments, z_f, &[])
+    }
+
+    fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
-        if self.basis().power_order().is_some_and(|order| order > MOST_POWERS) {
+        if depths.is_empty() && self.basis().power_order().is_some_and(|order| order > MOST_POWERS) {
             // Moments of no distribution are projected by the simplex.
             match ExactPowers::of_moments(moments, z_f).bounds(Interval::Unit) {
                 Err(MomentError::Infeasible { .. } | MomentError::NotPositiveDefinite { .. }) => {}
                 result => return result,
             }
         }
-        solve_prepared(&self.prepared, (moments, Origin::Numbers), z_f, &[])
+        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
+        solve_prepared(&self.prepared, (moments, origin), z_f, depths)
     }
 
     fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
         check_depths(z.depths(), Interval::Unit)?;
-        let moments: Vec<DoubleDouble> = z.moments(self.basis());
-        check_input(self.basis(), Interval::Unit, &moments, z_f)?;
         let exact = || exact_of(self.basis(), Interval::Unit, z, z_f);
         let order = self.basis().power_order().unwrap_or(0);
         // Few depths are determined by their moments: a degenerate vertex for the simplex, nothing to exact arithmetic.
-        if order > MOST_POWERS || 2 * z.depths().len() <= order {
+        if (order > MOST_POWERS || 2 * z.depths().len() <= order) && z_f.is_finite() {
             if let Some(result) = exact() {
                 return result;
             }
         }
-        let result = solve_prepared(&self.prepared, (&moments, Origin::Distribution), z_f, z.depths());
-        result.or_else(|error| exact().unwrap_or(Err(error)))
+        let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
+        result.or_else(|error| match error {
+            MomentError::Uncertified { .. } | MomentError::Infeasible { .. } | MomentError::Solver { .. } => {
+                exact().unwrap_or(Err(error))
+            }
+            error => Err(error),
+        })
     }
 }

@@ -15,7 +15,7 @@ const DEPENDENCE_TOLERANCE: f64 = 1e-24;
 
 /// Moments may miss the set of moment vectors by this much (in orthonormal coordinates) and are then projected onto
 /// it: moments that were rounded to single precision miss it by about 1e-8, and to double by 1e-16.
-pub const FEASIBILITY_TOLERANCE: f64 = 1e-9;
+pub(crate) const FEASIBILITY_TOLERANCE: f64 = 1e-9;
 
 /// A basis on \[0, 1\] with everything that does not depend on moments or z_f.
 ///
@@ -23,7 +23,7 @@ pub const FEASIBILITY_TOLERANCE: f64 = 1e-9;
 /// (Algorithm 1 of MSM15 fails on raw rows far more often, see the project's notes on solvers). Functions that are
 /// linear combinations of earlier ones give no row; their moments are only checked.
 #[derive(Clone, Debug)]
-pub struct PreparedBasis {
+pub(crate) struct PreparedBasis {
     basis: Basis,
     /// Row k holds the coefficients of a_k over 1, b_1, ..., b_m.
     rows: Vec<Vec<DoubleDouble>>,
@@ -114,11 +114,6 @@ impl PreparedBasis {
     /// The basis.
     pub fn basis(&self) -> &Basis {
         &self.basis
-    }
-
-    /// Number of independent rows, at most m + 1.
-    pub fn rank(&self) -> usize {
-        self.rows.len()
     }
 
     /// Rows a_k with derivatives at z.

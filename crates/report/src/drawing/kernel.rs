@@ -1,0 +1,72 @@
+//! A kernel's texels beside its charts.
+
+use super::canvas::{Area, Drawn, FINE, LEGEND_ROW, Stroke, anchored, font, legend, svg};
+use super::chart::Chart;
+use super::palette::BLACK;
+use crate::error::ReportError;
+use evaluation::KernelRecord;
+use plotters::prelude::{RGBColor, Rectangle, Text};
+use plotters::style::Color;
+use plotters::style::text_anchor::{HPos, VPos};
+
+/// Width of figures of kernels, and height of their titles, in pixels.
+pub(crate) const WIDTH: u32 = 800;
+pub(crate) const TITLE: u32 = 30;
+
+/// A kernel as an image beside charts of this height, which stand below each other above their legend.
+pub(crate) fn beside_charts(
+    (id, title): (&str, &str),
+    (name, texels): (&str, &[&KernelRecord]),
+    (charts, height): (&[Chart<'_>], u32),
+    entries: &[(Stroke, String)],
+) -> Result<String, ReportError> {
+    const KERNEL: u32 = 250;
+    let legend_height = LEGEND_ROW * entries.len().div_ceil(2) as u32 + 12;
+    let height = height * charts.len() as u32;
+    svg(id, (WIDTH, TITLE + height + legend_height), |root| {
+        let (top, rest) = root.split_vertically(TITLE * FINE);
+        draw_title(&top, title)?;
+        let (left, right) = rest.split_horizontally(KERNEL * FINE);
+        draw_kernel(&left, texels, name)?;
+        let (upper, lower) = right.split_vertically(height * FINE);
+        for (chart, area) in charts.iter().zip(upper.split_evenly((charts.len(), 1))) {
+            chart.draw(&area)?;
+        }
+        legend(&lower, entries, 2)
+    })
+}
+
+pub(crate) fn draw_title(area: &Area<'_>, title: &str) -> Drawn {
+    let middle = (area.dim_in_pixel().0 / 2) as i32;
+    let style = anchored(15, HPos::Center, VPos::Center);
+    area.draw(&Text::new(title.to_owned(), (middle, 17 * FINE as i32), style))?;
+    Ok(())
+}
+
+/// Texels as grey squares, white at the light and black at the far plane.
+fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
+    let fine = FINE as i32;
+    let across = 1 + texels.iter().map(|t| t.x_texel.max(t.y_texel)).max().unwrap_or_default() as i32;
+    let (left, top) = (24 * fine, 24 * fine);
+    let side = (area.dim_in_pixel().0 as i32 - left - 10 * fine) / across;
+    let edge = across * side;
+    for texel in texels {
+        let (x, y) = (side * texel.x_texel as i32, side * texel.y_texel as i32);
+        // A pixel larger than the texel, lest the paper shines through; the next texel covers it.
+        let (right, bottom) = ((x + side + fine).min(edge), (y + side + fine).min(edge));
+        let grey = (255.0 * (1.0 - texel.depth)).round() as u8;
+        let corners = [(left + x, top + y), (left + right, top + bottom)];
+        area.draw(&Rectangle::new(corners, RGBColor(grey, grey, grey).filled()))?;
+    }
+    area.draw(&Rectangle::new([(left, top), (left + edge, top + edge)], BLACK.stroke_width(3)))?;
+    let below = top + edge + 12 * fine;
+    let lines = [
+        format!("{across} x {across} texels: {name}"),
+        "grey: depth, white 0 (light)".to_owned(),
+        "to black 1 (far plane)".to_owned(),
+    ];
+    for (i, line) in lines.into_iter().enumerate() {
+        area.draw(&Text::new(line, (left, below + 16 * fine * i as i32), font(12)))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,122 @@
+//! Parts of a page as HTML.
+
+use crate::drawing::escaped;
+use crate::error::ReportError;
+use crate::page::{Block, Columns, Drawing, Explorer, RecordedPicture, Span, Table, Text, json};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use evaluation::{PICTURE_GAP, RunDirectory};
+use pulldown_cmark::Parser;
+use serde::Serialize;
+use std::fmt::Write as _;
+
+pub(crate) fn block(run: &RunDirectory, block: &Block) -> Result<String, ReportError> {
+    Ok(match block {
+        Block::Heading(level, text) => format!("<h{level}>{}</h{level}>\n", escaped(text)),
+        Block::Paragraph(text) => format!("<p>{}</p>\n", inline(text)),
+        Block::Commands(lines) => {
+            format!("<pre><code class=\"language-sh\">{}\n</code></pre>\n", escaped(lines))
+        }
+        Block::Table(of) => table(of),
+        Block::Drawing(drawing) => framed(&svg(drawing), &drawing.title),
+        Block::Picture(picture) => {
+            let label = escaped(&picture.title);
+            let image = format!("<img alt=\"{label}\" src=\"{}\">", data(run, picture)?);
+            framed(&image, &picture.title) + &comparer(&picture.columns, &[])
+        }
+    })
+}
+
+pub(crate) fn inline(text: &Text) -> String {
+    let span = |span: &Span| match span {
+        Span::Plain(text) => escaped(text),
+        Span::Code(text) => format!("<code>{}</code>", escaped(text)),
+        Span::Emphasis(text) => format!("<em>{}</em>", escaped(text)),
+        Span::Strong(text) => format!("<strong>{}</strong>", escaped(text)),
+        Span::Link(text, to) => format!("<a href=\"{}\">{}</a>", escaped(to), escaped(text)),
+        Span::Prose(markdown) => {
+            let mut html = String::new();
+            pulldown_cmark::html::push_html(&mut html, Parser::new(markdown));
+            let html = html.trim_end();
+            html.strip_prefix("<p>").and_then(|html| html.strip_suffix("</p>")).unwrap_or(html).to_owned()
+        }
+    };
+    text.0.iter().map(span).collect()
+}
+
+/// In a box that scrolls: wide tables must not widen the page.
+pub(crate) fn table(table: &Table) -> String {
+    let side = |i: usize| match table.columns.get(i) {
+        Some(column) if column.right => " style=\"text-align: right\"",
+        _ => "",
+    };
+    let mut html = "<div class=\"table\" tabindex=\"0\"><table><thead><tr>".to_owned();
+    // Writing to a string cannot fail.
+    for (i, column) in table.columns.iter().enumerate() {
+        let _ = write!(html, "<th{}>{}</th>", side(i), inline(&column.name));
+    }
+    html += "</tr></thead><tbody>\n";
+    for row in &table.rows {
+        html += "<tr>";
+        for (i, cell) in row.iter().enumerate() {
+            let _ = write!(html, "<td{}>{}</td>", side(i), inline(cell));
+        }
+        html += "</tr>\n";
+    }
+    html + "</tbody></table></div>\n"
+}
+
+pub(crate) fn explorer(run: &RunDirectory, explorer: &Explorer) -> Result<String, ReportError> {
+    Ok(match explorer {
+        Explorer::Chart { class, data, without_script } => {
+            let note = without_script.map(|note| format!("<noscript>{note}</noscript>\n"));
+            format!(
+                "<div class=\"{class}\" data-{class}=\"{}\"></div>\n{}",
+                escaped(data),
+                note.unwrap_or_default()
+            )
+        }
+        Explorer::Pictures(columns, pictures) => {
+            let source = |picture: &RecordedPicture| {
+                Ok(Source { name: picture.title.clone(), source: data(run, picture)? })
+            };
+            comparer(columns, &pictures.iter().map(source).collect::<Result<Vec<_>, ReportError>>()?)
+        }
+    })
+}
+
+/// A picture whose columns are compared.
+#[derive(Serialize)]
+struct Source {
+    name: String,
+    source: String,
+}
+
+/// Two columns of a picture under a slider: of the one before it, or of `sources`.
+fn comparer(columns: &Columns, sources: &[Source]) -> String {
+    let [width, height] = columns.size;
+    format!(
+        "<div class=\"comparer\" data-width=\"{width}\" data-height=\"{height}\" data-gap=\"{PICTURE_GAP}\" data-names=\"{}\" data-pictures=\"{}\"></div>\n",
+        escaped(&json(&columns.techniques)),
+        escaped(&json(sources))
+    )
+}
+
+/// A recorded PNG as an address.
+fn data(run: &RunDirectory, picture: &RecordedPicture) -> Result<String, ReportError> {
+    let bytes = run.bytes(&format!("{}.png", picture.id))?;
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
+}
+
+fn svg(drawing: &Drawing) -> String {
+    let svg = &drawing.svg[drawing.svg.find("<svg").unwrap_or_default()..];
+    let label = escaped(&drawing.title);
+    svg.replacen("<svg", &format!("<svg role=\"img\" aria-label=\"{label}\""), 1)
+}
+
+fn framed(picture: &str, title: &str) -> String {
+    let caption = escaped(title);
+    format!(
+        "<p><span class=\"figure\" tabindex=\"0\">{picture}<span class=\"caption\">{caption}</span></span></p>\n"
+    )
+}

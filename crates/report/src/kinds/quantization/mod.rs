@@ -1,0 +1,19 @@
+//! Transforms, number formats and biases of stored moments.
+
+mod claims;
+mod figures;
+mod summary;
+mod tables;
+
+use super::{KindPage, Reported};
+use crate::error::ReportError;
+use crate::page::{Block, Content};
+
+pub(super) const PAGE: KindPage = KindPage { name: "quantization", content, script: String::new };
+
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let tables = summary::QuantizationTables::read(reported.run)?;
+    let claims = claims::claims(&tables);
+    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
+    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
+}

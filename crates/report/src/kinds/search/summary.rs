@@ -1,0 +1,186 @@
+//! What the records of a candidate search say, in numbers.
+
+use crate::error::ReportError;
+use crate::kinds::rows::distinct;
+use crate::page::{Text, in_percent, percent};
+use evaluation::{
+    MarkRecord, RunDirectory, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchSample,
+    SearchViewRecord, StageRecord, with_role,
+};
+
+/// Names of the marked candidates in the family's order.
+pub(super) const POWER_4: &str = "z, z^2, z^3, z^4";
+pub(super) const TRIGONOMETRIC_4: &str = "sin(2pi z), cos(2pi z), sin(4pi z), cos(4pi z)";
+
+/// The recorded tables of a run, with its experiment.
+pub(crate) struct SearchTables<'a> {
+    pub(crate) experiment: &'a SearchExperiment,
+    pub(crate) records: Vec<SearchRecord>,
+    pub(crate) stages: Vec<StageRecord>,
+    pub(crate) marks: Vec<MarkRecord>,
+    pub(crate) views: Vec<SearchViewRecord>,
+    pub(crate) agreement: Vec<SearchAgreementRecord>,
+    pub(crate) samples: Vec<SearchSample>,
+}
+
+/// A point of reference in the histogram.
+pub(crate) struct Landmark {
+    pub(crate) name: String,
+    pub(crate) error: f64,
+}
+
+/// Speed of a solver on one basis: its fastest repetition, which was disturbed least.
+pub(crate) struct Speed {
+    pub(crate) basis: String,
+    pub(crate) fast: f64,
+    pub(crate) microlp: f64,
+    pub(crate) microlp_wrong: usize,
+    pub(crate) microlp_programs: usize,
+}
+
+impl<'a> SearchTables<'a> {
+    pub(crate) fn read(run: &RunDirectory, experiment: &'a SearchExperiment) -> Result<Self, ReportError> {
+        Ok(Self {
+            experiment,
+            records: run.rows("records.csv")?,
+            stages: run.rows("stages.csv")?,
+            marks: run.rows("marks.csv")?,
+            views: run.rows("views.csv")?,
+            agreement: run.rows("agreement.csv")?,
+            samples: run.rows("samples.csv")?,
+        })
+    }
+
+    /// Sizes of candidates, ascending.
+    pub(crate) fn orders(&self) -> Vec<usize> {
+        let mut orders = distinct(self.records.iter().map(|record| record.m));
+        orders.sort_unstable();
+        orders
+    }
+
+    /// Candidates of one size with an error, the best first.
+    pub(crate) fn of(&self, m: usize) -> Vec<&SearchRecord> {
+        self.records.iter().filter(|record| record.m == m && record.fragments > 0).collect()
+    }
+
+    /// The size whose search is the headline: four functions where they are among the candidates.
+    pub(crate) fn main_order(&self) -> usize {
+        let orders = self.orders();
+        if orders.contains(&4) { 4 } else { orders.last().copied().unwrap_or_default() }
+    }
+
+    /// A candidate by its functions.
+    pub(crate) fn find(&self, basis: &str) -> Option<&SearchRecord> {
+        self.records.iter().find(|record| record.basis == basis && record.fragments > 0)
+    }
+
+    /// The closed form with this role.
+    fn mark(&self, role: &str) -> Option<&MarkRecord> {
+        let player = with_role(&self.experiment.mark, role)?;
+        self.marks.iter().find(|mark| mark.technique == player.name)
+    }
+
+    pub(crate) fn power(&self) -> Option<&SearchRecord> {
+        self.find(POWER_4)
+    }
+
+    pub(crate) fn trigonometric(&self) -> Option<&SearchRecord> {
+        self.find(TRIGONOMETRIC_4)
+    }
+
+    /// What the histogram annotates (MSM15 Figure 4): PCF, closed forms on the moved depths, and both four-moment
+    /// candidates.
+    pub(crate) fn landmarks(&self) -> Vec<Landmark> {
+        let mut references = vec![Landmark { name: "PCF".to_owned(), error: 0.0 }];
+        for mark in ["VSM", "ESM"].iter().filter_map(|role| self.mark(role)) {
+            references.push(Landmark { name: mark.technique.clone(), error: mark.moved_l1_error });
+        }
+        for (name, record) in [("power 4", self.power()), ("trigonometric 4", self.trigonometric())] {
+            references.extend(record.map(|r| Landmark { name: name.to_owned(), error: r.l1_error }));
+        }
+        references
+    }
+
+    /// Speeds by basis, in the order in which they were measured.
+    pub(crate) fn speeds(&self) -> Vec<Speed> {
+        let bases = distinct(self.samples.iter().map(|sample| sample.basis.as_str()));
+        let best = |basis: &str, solver: &str| {
+            let of_solver = self.samples.iter().filter(|s| s.basis == basis && s.solver.starts_with(solver));
+            let rate = |s: &SearchSample| s.programs as f64 / (s.time_ns.max(1) as f64 * 1e-9);
+            of_solver.map(|s| (rate(s), s.wrong, s.programs)).max_by(|a, b| a.0.total_cmp(&b.0))
+        };
+        let speed = |basis: &&str| {
+            let (fast, ..) = best(basis, "FastSimplex")?;
+            let (microlp, microlp_wrong, microlp_programs) = best(basis, "good_lp")?;
+            Some(Speed { basis: (*basis).to_owned(), fast, microlp, microlp_wrong, microlp_programs })
+        };
+        bases.iter().filter_map(speed).collect()
+    }
+
+    /// The answer to the experiment's question.
+    pub(crate) fn answer(&self) -> Vec<Text> {
+        let m = self.main_order();
+        let all = self.of(m);
+        let mut sentences: Vec<Text> = Vec::new();
+        if let Some(best) = all.first() {
+            let found = format!("Of {} candidates of {m} functions the best is ", all.len());
+            let (low, high) = (best.rank_low, best.rank_high);
+            let with = format!(" with {} (rank {low} to {high} within the intervals).", error(best));
+            sentences.push(Text::from(found).code(&best.basis).and(with));
+        }
+        for (name, record) in [("trigonometric", self.trigonometric()), ("power", self.power())] {
+            if let Some(record) = record {
+                sentences.push(
+                    format!(
+                        "Four {name} moments are at rank {} ({} to {}) with {}.",
+                        record.rank,
+                        record.rank_low,
+                        record.rank_high,
+                        error(record)
+                    )
+                    .into(),
+                );
+            }
+        }
+        if let (Some(best), Some(power)) = (all.first(), self.power()) {
+            let near = all.iter().filter(|r| r.l1_error <= 1.1 * best.l1_error).count();
+            let better = all.iter().filter(|r| r.l1_error + r.interval < power.l1_error).count();
+            sentences.push(format!(
+                "{near} candidates are within a tenth of the best one's error, {better} are certainly better than \
+                 power moments."
+            ).into());
+        }
+        if let Some(vsm) = self.mark("VSM") {
+            let beaten = all.iter().filter(|r| r.l1_error < vsm.moved_l1_error).count();
+            let share = beaten as f64 / all.len().max(1) as f64;
+            sentences.push(format!("{} of all candidates beat VSM.", percent(share, 1)).into());
+        }
+        let best_of: Vec<String> = self
+            .orders()
+            .iter()
+            .filter_map(|&m| Some(format!("{} for m = {m}", percent(self.of(m).first()?.l1_error, 2))))
+            .collect();
+        if best_of.len() > 1 {
+            sentences.push(format!("The best error by number of functions: {}.", best_of.join(", ")).into());
+        }
+        let programs: u64 = self.stages.iter().map(|stage| stage.programs).sum();
+        let uncertified: u64 = self.stages.iter().map(|stage| stage.uncertified).sum();
+        sentences.push(
+            format!(
+                "{:.1} million linear programs were solved, {uncertified} remained without a certificate.",
+                programs as f64 / 1e6
+            )
+            .into(),
+        );
+        sentences
+    }
+}
+
+/// An error with its interval, in percent.
+pub(crate) fn error(record: &SearchRecord) -> String {
+    within(record.l1_error, record.interval)
+}
+
+pub(crate) fn within(value: f64, deviation: f64) -> String {
+    format!("{} ± {}", in_percent(value, 3), percent(deviation, 3))
+}

@@ -1,0 +1,23 @@
+//! Error against cost of techniques, formats and map sizes.
+
+mod claims;
+mod explorer;
+mod figures;
+mod gpu;
+mod needs;
+mod summary;
+mod tables;
+
+use super::{KindPage, Reported};
+use crate::error::ReportError;
+use crate::page::{Block, Content};
+
+pub(super) const PAGE: KindPage = KindPage { name: "speed-accuracy", content, script: explorer::script };
+
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let tables = summary::SpeedTables::read(reported.run, reported.settings()?)?;
+    let claims = claims::claims(&tables);
+    let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
+    let explorers = explorer::explorers(&tables);
+    Ok(Content { answer: tables.answer(), claims, explorers, body })
+}

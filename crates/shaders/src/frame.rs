@@ -1,0 +1,57 @@
+//! The modules of a shadowed frame: written by whoever knows a technique, run by whoever has a graphics device.
+
+/// How texels of a filtered map are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TexelFormat {
+    /// Fixed point from 0 to 1.
+    Unorm16,
+    /// Half floats.
+    F16,
+    /// Single floats.
+    F32,
+}
+
+/// WGSL modules of a technique. Each has one vertex shader, whose one triangle covers the targets, and one fragment shader;
+/// resources are bound by their names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FrameShaders {
+    /// A map that is filtered before it is read.
+    Prefiltered {
+        /// From `depths`, samples of depth, to stored texels.
+        resolve: String,
+        /// From `map0`, `map1` to the same filtered along x.
+        rows: String,
+        /// From `map0`, `map1` to the same filtered along y.
+        columns: String,
+        /// From `map0`, `map1` to the next mip level.
+        halve: String,
+        /// From `map0`, `map1` through the sampler `linear`, and `light`, `positions`, `normals`, `albedos`, to colour and
+        /// shadow.
+        shade: String,
+        /// Channels of each texture, 1 to 4.
+        textures: Vec<usize>,
+        /// Format of all of them.
+        format: TexelFormat,
+    },
+    /// A depth map that is compared tap by tap.
+    Comparison {
+        /// From `depths` and `light`, `positions`, `normals`, `albedos` to colour and shadow.
+        shade: String,
+    },
+}
+
+impl FrameShaders {
+    /// Every module with the name of its pass.
+    pub fn modules(&self) -> Vec<(&'static str, &str)> {
+        match self {
+            Self::Prefiltered { resolve, rows, columns, halve, shade, .. } => vec![
+                ("resolve", resolve),
+                ("rows", rows),
+                ("columns", columns),
+                ("halve", halve),
+                ("shade", shade),
+            ],
+            Self::Comparison { shade } => vec![("shade", shade)],
+        }
+    }
+}

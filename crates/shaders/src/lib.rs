@@ -1,0 +1,15 @@
+//! Shaders as text: WGSL constants, loops written out, validation without a graphics adapter, reflection of what a module
+//! binds, export to other languages, and the modules that a shadowed frame is made of. Nothing here runs a shader.
+
+mod constants;
+mod error;
+mod export;
+mod frame;
+mod module;
+mod unroll;
+
+pub use constants::{array, constant, count, flag};
+pub use error::ShaderError;
+pub use frame::{FrameShaders, TexelFormat};
+pub use module::{Binding, EntryPoint, Module, Stage, VertexInput};
+pub use unroll::unroll;

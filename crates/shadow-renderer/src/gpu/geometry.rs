@@ -1,0 +1,185 @@
+//! The triangles of a scene on the GPU: the light's depth map and what the camera sees.
+
+use bytemuck::{Pod, Zeroable};
+use graphics_device::{DeviceError, GraphicsDevice};
+use scenes::{Material, Scene, Vertex};
+use wgpu::{BufferUsages as Usage, CompareFunction, TextureFormat as Format, TextureUsages as Uses};
+
+use super::bind::Resource;
+use super::raster_pass::{Corners, Depth, RasterPass};
+use super::{DEPTH_MAP, SURFACES};
+use crate::frame::raster::View;
+use crate::stack::fixed_point::Masks;
+use crate::{LightFrame, RenderError};
+
+/// Most bytes of corners that are sent to the device in one piece.
+const PIECE_BYTES: usize = 72 << 20;
+
+const DEPTH: Format = Format::Depth32Float;
+
+/// Corners of all triangles; `corner` is given the index of the alpha mask, too.
+fn upload<T: Pod>(
+    gpu: &GraphicsDevice,
+    scene: &Scene,
+    masks: &Masks,
+    corner: impl Fn(&Vertex, &Material, u32) -> T,
+) -> Vec<Corners> {
+    let triangles_each = PIECE_BYTES / (3 * size_of::<T>());
+    let triangles = scene.triangles.chunks(triangles_each);
+    let pieces = triangles.zip(scene.triangle_material.chunks(triangles_each));
+    let corners = pieces.map(|(triangles, materials)| {
+        let corners = triangles.iter().zip(materials).flat_map(|(triangle, &material)| {
+            let (of, mask) = (&scene.materials[material as usize], masks.of_material[material as usize]);
+            triangle.map(|i| corner(&scene.vertices[i as usize], of, mask))
+        });
+        let corners: Vec<T> = corners.collect();
+        (gpu.buffer_of("corners", &corners, Usage::VERTEX), corners.len() as u32)
+    });
+    corners.collect()
+}
+
+/// The alpha masks of a scene.
+pub(super) struct MaskBuffers {
+    entries: wgpu::Buffer,
+    bits: wgpu::Buffer,
+}
+
+impl MaskBuffers {
+    pub fn upload(gpu: &GraphicsDevice, masks: &Masks) -> Self {
+        let entries: Vec<[u32; 3]> = masks.entries.iter().map(|e| [e.width, e.height, e.first_bit]).collect();
+        Self {
+            entries: gpu.buffer_of("masks", &entries, Usage::STORAGE),
+            bits: gpu.buffer_of("mask bits", &masks.bits, Usage::STORAGE),
+        }
+    }
+
+    fn with<'a>(&'a self, name: &'a str, buffer: &'a wgpu::Buffer) -> [Resource<'a>; 3] {
+        [("masks", &self.entries), ("mask_bits", &self.bits), (name, buffer)]
+            .map(|(name, buffer)| (name, buffer.as_entire_binding()))
+    }
+}
+
+/// Nearest depths as the light sees them.
+pub(super) struct LightPass {
+    pub pass: RasterPass,
+    pub depths: wgpu::TextureView,
+    shift: wgpu::Buffer,
+}
+
+/// A vertex of depth_map.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct LightCorner {
+    position: [f32; 3],
+    uv: [f32; 2],
+    mask: u32,
+}
+
+impl LightPass {
+    /// With so many samples a texel.
+    pub fn new(
+        gpu: &GraphicsDevice,
+        scene: &Scene,
+        (masks, buffers): (&Masks, &MaskBuffers),
+        frame: &LightFrame,
+        samples: u32,
+    ) -> Result<Self, DeviceError> {
+        let corners = upload(gpu, scene, masks, |vertex, _, mask| {
+            let [x, y, depth] = frame.project(vertex.position.map(f64::from));
+            let across = 2.0 * x / f64::from(frame.width) - 1.0;
+            let down = 2.0 * y / f64::from(frame.height) - 1.0;
+            LightCorner { position: [across as f32, -down as f32, depth as f32], uv: vertex.uv, mask }
+        });
+        let size = (frame.width, frame.height);
+        let usage = Uses::RENDER_ATTACHMENT | Uses::TEXTURE_BINDING;
+        let depths = gpu.texture(DEPTH, size, 1, samples, usage).create_view(&Default::default());
+        let shift = gpu.buffer_of("shift", &[0.0f32; 4], Usage::UNIFORM);
+        let depth = Depth { view: depths.clone(), compare: CompareFunction::Less, clear: 1.0 };
+        let resources = buffers.with("shift", &shift);
+        let pass = RasterPass::new(gpu, DEPTH_MAP, &resources, corners, Vec::new(), Some(depth))?;
+        Ok(Self { pass, depths, shift })
+    }
+
+    /// Moves the samples of the next submitted pass from the texels' centres by so many texels.
+    pub fn shift(&self, gpu: &GraphicsDevice, offset: [f32; 2]) {
+        let texture = self.depths.texture();
+        let (width, height) = (texture.width() as f32, texture.height() as f32);
+        let shift = [-2.0 * offset[0] / width, 2.0 * offset[1] / height, 0.0, 0.0];
+        gpu.queue.write_buffer(&self.shift, 0, bytemuck::cast_slice(&shift));
+    }
+}
+
+/// Sizes of the corners that depth_map.wgsl and surfaces.wgsl read.
+#[cfg(test)]
+pub(super) const CORNER_BYTES: [usize; 2] = [size_of::<LightCorner>(), size_of::<SurfaceCorner>()];
+
+/// A scene's triangles as the camera needs them.
+pub(super) struct Geometry {
+    corners: Vec<Corners>,
+    masks: Masks,
+    buffers: MaskBuffers,
+}
+
+/// A vertex of surfaces.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct SurfaceCorner {
+    position: [f32; 3],
+    normal: [f32; 3],
+    albedo: [f32; 3],
+    uv: [f32; 2],
+    mask: u32,
+}
+
+/// Positions, normals and albedos of what the camera sees.
+pub(super) type Surfaces = [wgpu::TextureView; 3];
+
+impl Geometry {
+    pub fn upload(gpu: &GraphicsDevice, scene: &Scene) -> Result<Self, RenderError> {
+        let masks = Masks::new(scene)?;
+        let corners = upload(gpu, scene, &masks, |vertex, material, mask| SurfaceCorner {
+            position: vertex.position,
+            normal: vertex.normal,
+            albedo: material.albedo,
+            uv: vertex.uv,
+            mask,
+        });
+        let buffers = MaskBuffers::upload(gpu, &masks);
+        Ok(Self { corners, masks, buffers })
+    }
+
+    /// The light's depth map with so many samples.
+    pub fn light_pass(
+        &self,
+        gpu: &GraphicsDevice,
+        scene: &Scene,
+        light: &LightFrame,
+        samples: u32,
+    ) -> Result<LightPass, DeviceError> {
+        LightPass::new(gpu, scene, (&self.masks, &self.buffers), light, samples)
+    }
+
+    /// What the camera sees in a picture of some size, and the pass that makes it.
+    pub fn surfaces(
+        &self,
+        gpu: &GraphicsDevice,
+        scene: &Scene,
+        (width, height): (u32, u32),
+    ) -> Result<(RasterPass, Surfaces), RenderError> {
+        let target = |format: Format, more: Uses| {
+            let texture = gpu.texture(format, (width, height), 1, 1, Uses::RENDER_ATTACHMENT | more);
+            texture.create_view(&Default::default())
+        };
+        let surfaces = [Format::Rgba32Float, Format::Rgba16Float, Format::Rgba8Unorm]
+            .map(|format| target(format, Uses::TEXTURE_BINDING));
+        // Depth is reversed: 1 at the near plane, 0 at infinity.
+        let view = target(DEPTH, Uses::empty());
+        let depth = Depth { view, compare: CompareFunction::Greater, clear: 0.0 };
+        let rows = View::new(&scene.camera, width, height)?.clip_rows();
+        let camera = gpu.buffer_of("camera", &rows, Usage::UNIFORM);
+        let resources = self.buffers.with("camera", &camera);
+        let (corners, colours) = (self.corners.clone(), surfaces.to_vec());
+        let pass = RasterPass::new(gpu, SURFACES, &resources, corners, colours, Some(depth))?;
+        Ok((pass, surfaces))
+    }
+}

@@ -1,0 +1,51 @@
+//! Compute shaders, bound by name like the passes of the raster pipeline.
+
+use graphics_device::{DeviceError, GraphicsDevice};
+use shaders::{EntryPoint, Module};
+
+use super::bind::{Resource, bind};
+
+/// A compute shader, compiled.
+pub(crate) struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    entry_point: EntryPoint,
+}
+
+impl Kernel {
+    /// Compiles one entry point of a WGSL module.
+    pub fn new(gpu: &GraphicsDevice, source: &str, name: &str) -> Result<Self, DeviceError> {
+        let entry_point = Module::new(source)?.entry_point(name)?.clone();
+        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: None,
+            module: &gpu.shader(source),
+            entry_point: Some(name),
+            compilation_options: Default::default(),
+            cache: None,
+        });
+        Ok(Self { pipeline, entry_point })
+    }
+
+    /// Workgroups along x and y for so many threads.
+    pub fn groups_of(&self, threads: [u32; 2]) -> [u32; 2] {
+        let [x, y, _] = self.entry_point.workgroup_size;
+        [threads[0].div_ceil(x), threads[1].div_ceil(y)]
+    }
+
+    /// Runs so many workgroups.
+    pub fn dispatch(
+        &self,
+        gpu: &GraphicsDevice,
+        encoder: &mut wgpu::CommandEncoder,
+        resources: &[Resource<'_>],
+        [x, y]: [u32; 2],
+    ) -> Result<(), DeviceError> {
+        let layout = self.pipeline.get_bind_group_layout(0);
+        let group = bind(gpu, &layout, &[&self.entry_point], resources)?;
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(x, y, 1);
+        Ok(())
+    }
+}

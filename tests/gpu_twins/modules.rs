@@ -1,0 +1,81 @@
+//! Every WGSL module that can be put together is valid, and can be written in other languages, on any machine.
+
+use libtest_mimic::{Failed, Trial};
+use quantization::NumberFormat;
+use quantization::published;
+use shaders::{FrameShaders, Module, Stage};
+use shadow_filtering::{Kernel, StoredTechnique, TechniqueSpec, comparison_shaders};
+
+use crate::techniques;
+
+/// Kernels with loops that are written out and with loops that are too long for that.
+const KERNEL_SIZES: [usize; 4] = [1, 3, 9, 129];
+
+pub fn trials() -> Vec<Trial> {
+    let mut trials = Vec::new();
+    for (name, spec) in techniques() {
+        trials.push(Trial::test(format!("wgsl::{name}"), move || every_module_of(&spec)));
+    }
+    trials.push(Trial::test("wgsl::percentage_closer", || {
+        let of = |size| Ok(comparison_shaders(&Kernel::gaussian(size, 2.4)?, 0.05));
+        KERNEL_SIZES.into_iter().map(of).try_for_each(|shaders: Result<_, Failed>| valid(&shaders?))
+    }));
+    trials.push(Trial::test("wgsl::planted_faults", planted_faults));
+    trials
+}
+
+/// The functions alone, then all passes: one and several samples, each kernel, with and without a transform.
+fn every_module_of(spec: &TechniqueSpec) -> Result<(), Failed> {
+    let technique = spec.build()?;
+    let functions = technique.real_time().and_then(|t| t.shader()).ok_or("no shader")?;
+    Module::new(&functions)?;
+    if technique.channels() > 8 {
+        let stored = StoredTechnique::new(technique, None, NumberFormat::F32)?;
+        assert!(stored.passes(&Kernel::gaussian(3, 2.4)?, 1).is_none(), "more than two textures");
+        return Ok(());
+    }
+    let mut modules = 0;
+    let transforms = published::ALL.iter().filter_map(|transform| transform.transform().ok());
+    for transform in [None].into_iter().chain(transforms.map(Some)) {
+        // Transforms of other bases are refused.
+        let Ok(stored) = StoredTechnique::new(spec.build()?, transform.as_ref(), NumberFormat::F32) else {
+            assert!(transform.is_some());
+            continue;
+        };
+        for (size, samples) in KERNEL_SIZES.into_iter().zip([1, 4, 1, 4]) {
+            let passes = stored.passes(&Kernel::gaussian(size, 2.4)?, samples).ok_or("no passes")?;
+            valid(&passes)?;
+            modules += 1;
+        }
+    }
+    assert!(modules >= KERNEL_SIZES.len());
+    Ok(())
+}
+
+/// One vertex and one fragment shader each.
+fn valid(shaders: &FrameShaders) -> Result<(), Failed> {
+    for (pass, source) in shaders.modules() {
+        let module = Module::new(source).map_err(|error| format!("{pass}: {error}"))?;
+        module.only(Stage::Vertex)?;
+        module.only(Stage::Fragment)?;
+        module.spirv().map_err(|error| format!("{pass}: {error}"))?;
+    }
+    Ok(())
+}
+
+/// A wrong type and a name that is not defined are found, in every pass.
+fn planted_faults() -> Result<(), Failed> {
+    let stored = StoredTechnique::new(TechniqueSpec::Vsm {}.build()?, None, NumberFormat::F32)?;
+    let passes = stored.passes(&Kernel::gaussian(3, 1.0)?, 4).ok_or("no passes")?;
+    for (pass, source) in passes.modules() {
+        for (from, to) in
+            [("vec4<f32>(2.0 * corner", "vec4<u32>(2.0 * corner"), ("@builtin(position) at", "at")]
+        {
+            assert!(source.contains(from), "{pass} has no `{from}`");
+            assert!(Module::new(&source.replacen(from, to, 1)).is_err(), "{pass}: `{to}` passed");
+        }
+        let undefined = source.replacen("let corner", "let a_corner", 1);
+        assert!(Module::new(&undefined).is_err(), "{pass}: an undefined name passed");
+    }
+    Ok(())
+}
