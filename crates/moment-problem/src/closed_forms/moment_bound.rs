@@ -77,7 +77,7 @@ impl MomentBound {
             Self::Hamburger2 => line("Hamburger 2", 2, "power:2", 1e-9, 2e-7),
             Self::Hamburger4 => line("Hamburger 4", 4, "power:4", 1e-9, 1e-6),
             Self::Hamburger6 => line("Hamburger 6", 6, "power:6", 1e-9, 5e-6),
-            Self::Hamburger8 => line("Hamburger 8", 8, "power:8", 1e-8, 5e-5),
+            Self::Hamburger8 => line("Hamburger 8", 8, "power:8", 1e-8, 3e-5),
             Self::Hausdorff4 => unit("Hausdorff 4", "power:4", 3e-5, &ARCSINE_UNIT),
             Self::Trigonometric4 => unit("Trigonometric 4", "trig:2", 1e-3, &[0.0; 4]),
         }
