@@ -31,7 +31,7 @@ fn recorded_clusters_are_right_and_proved() {
         let (lower, upper, f) = (number(4), number(5), number(6));
         let error = (bounds.lower - lower).abs().max((bounds.upper - upper).abs());
         assert!(error <= TOLERANCE, "row {}: {bounds:?} against {lower}, {upper}", &row[0]);
-        assert!(bounds.gap() <= "row {}: {bounds:?}", &row[0]);
+        assert!(bounds.gap() <= CERTIFIED_GAP, "row {}: {bounds:?}", &row[0]);
         assert!(bounds.lower <= f && bounds.certificate.lower_proved <= lower, "row {}: {bounds:?}", &row[0]);
         count += 1;
     }

@@ -132,10 +132,13 @@ impl FiniteProgram {
         &self,
     ) -> Result<(Vec<Column>, Vec<DoubleDouble>, Vec<DoubleDouble>), MomentError> {
         let factors = self.factors()?;
-        let turned = |column: &Column| Column {
-            z: column.z,
-            entries: factors.solve(&column.entries),
-            cost: column.cost,
+        let turned = |column: &Column| {
+            let entries = factors.solve(&column.entries);
+            // A depth far from the basis has large coordinates: its weight is counted in their reciprocal.
+            let size = entries.iter().map(|entry| entry.to_f64().abs()).fold(1.0, f64::max);
+            let scale = DoubleDouble::one() / DoubleDouble::from(size);
+            let entries = entries.into_iter().map(|entry| entry * scale).collect();
+            Column { z: column.z, entries, cost: column.cost / size }
         };
         Ok((self.columns().iter().map(turned).collect(), factors.solve(&self.target), self.costs()))
     }
