@@ -102,6 +102,7 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
         ("[scale.paper]", "[scale.huge]", "huge"),
         ("kind = \"bounds\"", "kind = \"bonds\"", "bonds"),
         ("kind = \"bounds\"", "", "kind"),
+        ("[[kernel]]", "[[candidate]]", "[[candidate]] is spelled [[technique]] now"),
         ("question =", "# question =", "line"),
         ("basis = \"z, z^2\"", "basis = \"sinh(z)\"", "sinh"),
         ("interval = \"real\"", "interval = \"unit\", solver = \"magic\"", "magic"),
@@ -160,14 +161,18 @@ fn mistakes_in_stability_methods_name_line_and_value() {
     let text = std::fs::read_to_string(path).unwrap();
     let cases = [
         ("shape = \"pole\"", "shape = \"hole\"", "hole"),
-        ("alpha = 1e-9", "alpha = 1.5", "method[0].alpha: 1.5"),
-        ("target = [0.0, 0.5]", "target = [0.0]", "method[0].target: [0.0] are not the 2 numbers"),
+        ("alpha = 1e-9", "alpha = 1.5", "technique[0].method: alpha = 1.5"),
+        (
+            "centre = [0.0, 0.5]",
+            "centre = [0.0]",
+            "technique[0].method: centre = [0.0]: are not the 2 numbers",
+        ),
         ("name = \"two surfaces\"", "name = \"one surface\"", "family `one surface` appears twice"),
         ("format = \"unorm10\"", "format = \"unorm9\"", "unorm9"),
         ("\"MSM15 theta_4\"", "\"MSM15 theta_5\"", "MSM15 theta_5"),
         (
-            "bound = \"trigonometric4\"\n",
-            "bound = \"trigonometric4\"\nroute = \"textbook\"\n",
+            "name = \"trigonometric 4, f64\"\n",
+            "name = \"trigonometric 4, f64\"\nroute = \"textbook\"\n",
             "not published",
         ),
         ("cells = 12", "cells = 0", "cells = 0"),
@@ -187,9 +192,9 @@ fn mistakes_in_candidates_name_line_and_value() {
     let cases = [
         ("format = \"f16\"", "format = \"unorm16\"", "cannot hold exponential warps"),
         ("exponent = 11.0", "exponent = 12.0", "12"),
-        ("transform = \"GDC16 four moments\"", "transform = \"MSM15 theta_4\"", "MSM15 theta_4"),
+        ("transform = \"GDC16 four moments\"", "transform = \"MSM15 theta_2\"", "order of the transform = 2"),
         ("alphas = [5e-7, 5e-6]", "alphas = [1.5]", "alpha = 1.5"),
-        ("{ kind = \"vsm\" }\n", "{ kind = \"vsm\" }\nalphas = [1e-5]\n", "no moment bias"),
+        ("bound = \"vsm\"", "bound = \"vsm\", alphas = [1e-5]", "`vsm` has no alpha"),
         ("divisors = [1, 2, 4]", "divisors = [3]", "divisors[0] = 3"),
         ("{ leak_reduction = 0.3 }", "{ leak_reduction = 1.0 }", "leak_reduction = 1"),
         ("\"VSM, f32\"", "\"VSM, f64\"", "VSM, f64"),
@@ -273,13 +278,14 @@ fn mistakes_in_techniques_and_scenes_name_key_and_value() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/filterable.toml");
     let text = std::fs::read_to_string(path).unwrap();
     let cases = [
-        ("kind = \"vsm\"", "kind = \"vsmm\"", "vsmm"),
+        ("bound = \"vsm\"", "bound = \"vsmm\"", "vsmm"),
+        ("bound = \"vsm\"", "kind = \"vsm\"", "bound"),
         ("\nsize = 96", "\nsize = 7", "kernel.size = 9 exceeds the map's size = 7"),
         ("shape = \"box\", size = 1 ", "shape = \"box\", size = 101 ", "comparison.size = 101 exceeds"),
         ("coefficients = 16", "coefficients = \"many\"", "many"),
         ("size = 9, sigma", "size = 8, sigma", "size = 8"),
         ("exponent = 80.0", "exponent = 120.0", "exponent = 120"),
-        ("positive = 42.0", "positive = 50.0", "positive = 50"),
+        ("exponent = 42.0", "exponent = 50.0", "exponent = 50"),
         ("texels = 1.0, slopes = 2.0", "texels = -1.0, slopes = 2.0", "texels = -1"),
         ("plane_limit = 0.05", "plane_limit = 7.0", "plane_limit = 7"),
         ("scenes = [\"stairs\"]", "scenes = [\"castle\"]", "castle"),

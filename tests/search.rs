@@ -179,7 +179,7 @@ fn mistakes_are_named_before_anything_is_rendered() {
         ("cells = 256", "cells = 3", "cells = 3"),
         ("tolerance = 1e-6", "tolerance = 0.5", "tolerance = 0.5"),
         ("best = 5\n", "best = 0\n", "best = 0"),
-        ("method = { kind = \"vsm\" }", "method = { kind = \"vsmm\" }", "vsmm"),
+        ("method = { bound = \"vsm\" }", "method = { bound = \"vsmm\" }", "vsmm"),
         ("views = [\"oblique\", \"high\"]", "views = [\"noon\"]", "noon"),
         ("seed = 1", "sed = 1", "sed"),
     ];

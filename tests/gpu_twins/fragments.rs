@@ -23,7 +23,7 @@ impl Inputs {
     }
 
     /// Light-facing entries of one view of each procedural scene.
-    pub fn of_scenes(technique: &dyn Technique) -> Self {
+    pub fn of_scenes(technique: &Technique) -> Self {
         let kernel = Kernel::gaussian(9, 2.4).unwrap();
         let mut values = Vec::new();
         for stack in stacks() {
@@ -41,12 +41,11 @@ impl Inputs {
     }
 
     /// Kernels of one and two depths and of moments that no distribution has, with z_f on, beside and between them.
-    pub fn degenerate(technique: &dyn Technique) -> Self {
+    pub fn degenerate(technique: &Technique) -> Self {
         let channels = technique.channels();
-        let real_time = technique.real_time().unwrap();
         let vector = |depth: f32| {
             let mut b = vec![0.0; channels];
-            real_time.encode_single(depth, &mut b);
+            technique.evaluate(depth, &mut b);
             b
         };
         let mut values = Vec::new();
@@ -121,11 +120,11 @@ pub fn depths() -> Vec<f32> {
     stacks().iter().flat_map(|stack| stack.depths.iter().copied()).chain(special).collect()
 }
 
-fn encoded(map: &DepthMap, technique: &dyn Technique) -> ChannelMap<f32> {
+fn encoded(map: &DepthMap, technique: &Technique) -> ChannelMap<f32> {
     let channels = technique.channels();
     let mut data = vec![0.0; map.depths().len() * channels];
     for (texel, &depth) in data.chunks_exact_mut(channels).zip(map.depths()) {
-        technique.real_time().unwrap().encode_single(depth, texel);
+        technique.evaluate(depth, texel);
     }
     ChannelMap::new(map.width(), map.height(), channels, data).unwrap()
 }

@@ -7,15 +7,12 @@ use graphics_device::DeviceError;
 use libtest_mimic::{Failed, Trial};
 use scenes::{Scene, load_scene};
 use shaders::FrameShaders;
-use shadow_filtering::{
-    ChannelMap, Kernel, StoredTechnique, Technique, TechniqueSpec, comparison_shaders, filter, resolve,
-};
+use shadow_filtering::{ChannelMap, Kernel, Technique, TechniqueSpec, comparison_shaders, filter, resolve};
 use shadow_renderer::{
     DepthMap, FrameRenderer, FrameSettings, LightFrame, RenderError, Sampling, WHOLE_FRAME,
 };
 
 use quantization::NumberFormat;
-use quantization::published::Published;
 
 use crate::adapter::{gpu_trial, timed_trial};
 use crate::{compare, techniques};
@@ -54,7 +51,7 @@ fn scene() -> (Scene, [f32; 3]) {
 fn filtered_map(spec: &TechniqueSpec) -> Result<(), Failed> {
     let (scene, direction) = scene();
     let kernel = Kernel::gaussian(9, 2.4)?;
-    let technique = StoredTechnique::new(spec.build()?, None, NumberFormat::F32)?;
+    let technique = spec.build()?;
     let passes = technique.passes(&kernel, 4).ok_or("no passes")?;
     let renderer = FrameRenderer::new(&scene, direction)?;
     let frame = renderer.render(&passes, &SETTINGS)?;
@@ -62,12 +59,11 @@ fn filtered_map(spec: &TechniqueSpec) -> Result<(), Failed> {
 
     let light = LightFrame::fit(&scene, direction, SETTINGS.map_size, SETTINGS.map_size)?;
     let depths = DepthMap::render(&scene, &light, Sampling::Multisample4)?;
-    let technique = technique.technique();
-    let single = map(&depths, technique, &kernel, |depth, b| {
-        technique.real_time().unwrap().encode_single(depth, b);
+    let single = map(&depths, &technique, &kernel, |depth, b| {
+        technique.evaluate(depth, b);
     })?;
-    let exact = map(&depths, technique, &kernel, |depth, b: &mut [f64]| {
-        technique.encode(f64::from(depth), b);
+    let exact = map(&depths, &technique, &kernel, |depth, b: &mut [f64]| {
+        technique.evaluate(f64::from(depth), b);
     })?;
     let channels = technique.channels();
     let scales: Vec<f64> = (0..channels)
@@ -79,7 +75,7 @@ fn filtered_map(spec: &TechniqueSpec) -> Result<(), Failed> {
 /// Encoded samples, resolved and filtered.
 fn map<R: moment_problem::arithmetic::Real + Send + Sync>(
     depths: &DepthMap,
-    technique: &dyn Technique,
+    technique: &Technique,
     kernel: &Kernel,
     encode: impl Fn(f32, &mut [R]),
 ) -> Result<Vec<R>, Failed> {
@@ -100,7 +96,7 @@ fn shadows() -> Result<(), Failed> {
     let renderer = FrameRenderer::new(&scene, direction)?;
     let truth = renderer.render(&comparison_shaders(&kernel, 0.05), &SETTINGS)?;
     let distance = |spec: TechniqueSpec, fault: Option<(&str, &str)>| -> Result<f64, Failed> {
-        let technique = StoredTechnique::new(spec.build()?, None, NumberFormat::F32)?;
+        let technique = spec.build()?;
         let mut passes = technique.passes(&kernel, 4).ok_or("no passes")?;
         if let Some((from, to)) = fault {
             let FrameShaders::Prefiltered { shade, .. } = &mut passes else { return Err("no map".into()) };
@@ -109,7 +105,7 @@ fn shadows() -> Result<(), Failed> {
         }
         let frame = renderer.render(&passes, &SETTINGS)?;
         assert_eq!(frame.shadow.len(), truth.shadow.len());
-        assert!(frame.shadow.iter().all(|g| (0.0..=1.0).contains(g)), "{}", technique.technique().name());
+        assert!(frame.shadow.iter().all(|g| (0.0..=1.0).contains(g)), "{}", technique.name());
         let distances = frame.shadow.iter().zip(&truth.shadow).map(|(g, f)| f64::from((g - f).abs()));
         Ok(distances.sum::<f64>() / frame.shadow.len() as f64)
     };
@@ -126,7 +122,7 @@ fn shadows() -> Result<(), Failed> {
     }
     let of = |wanted: &str| all.iter().find(|(name, _)| *name == wanted).map(|(_, error)| *error).unwrap();
     assert!(of("hamburger4") < of("vsm") && of("hamburger6") < of("vsm"), "{all:?}");
-    let wrong = distance(TechniqueSpec::Vsm {}, Some(("z_f - mean", "mean - z_f")))?;
+    let wrong = distance(TechniqueSpec::named("vsm")?, Some(("z_f - mean", "mean - z_f")))?;
     assert!(wrong > 0.1, "a reversed depth test went unnoticed: {wrong}");
     Ok(())
 }
@@ -136,11 +132,11 @@ fn stored() -> Result<(), Failed> {
     let (scene, direction) = scene();
     let kernel = Kernel::gaussian(9, 2.4)?;
     let renderer = FrameRenderer::new(&scene, direction)?;
-    let theta = Published::named("GDC16 four moments").ok_or("no such transform")?.transform()?;
     let spec = techniques().into_iter().find(|(name, _)| *name == "hamburger4").ok_or("none")?.1;
     let mut frames = Vec::new();
-    for (transform, format) in [(None, NumberFormat::F32), (Some(&theta), NumberFormat::Unorm16)] {
-        let technique = StoredTechnique::new(spec.build()?, transform, format)?;
+    let theta = Some("GDC16 four moments".to_owned());
+    for (transform, format) in [(None, NumberFormat::F32), (theta, NumberFormat::Unorm16)] {
+        let technique = TechniqueSpec { transform, format: Some(format), ..spec.clone() }.build()?;
         frames.push(renderer.render(&technique.passes(&kernel, 4).ok_or("none")?, &SETTINGS)?);
     }
     let pairs = frames[0].shadow.iter().zip(&frames[1].shadow);
@@ -154,7 +150,7 @@ fn times() -> Result<(), Failed> {
     let (scene, direction) = scene();
     let kernel = Kernel::gaussian(9, 2.4)?;
     let renderer = FrameRenderer::new(&scene, direction)?;
-    let technique = StoredTechnique::new(TechniqueSpec::Vsm {}.build()?, None, NumberFormat::F32)?;
+    let technique = TechniqueSpec::named("vsm")?.build()?;
     let prefiltered = technique.passes(&kernel, 4).ok_or("none")?;
     let comparison = comparison_shaders(&kernel, 0.05);
     let passes = ["shadow map", "resolve", "filter rows", "filter columns", "mip maps", "surfaces", "shade"];

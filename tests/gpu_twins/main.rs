@@ -18,13 +18,9 @@ use std::process::ExitCode;
 use adapter::gpu_trial;
 use fragments::{FRAGMENTS, Inputs};
 use libtest_mimic::{Arguments, Failed};
-use quantization::NumberFormat;
+use moment_problem::MomentBound;
 use quantization::published::{self, Published};
-use shadow_filtering::techniques::MomentBound;
-use shadow_filtering::{
-    DepthBias, Kernel, MomentOptions, RealTime, Reference, StorageFormat, StoredTechnique, Technique,
-    TechniqueSpec, shaders,
-};
+use shadow_filtering::{DepthBias, Kernel, Range, RealTime, Reference, Technique, TechniqueSpec, shaders};
 
 /// The shader's error against double precision may be this many times that of Rust in single precision.
 const RATIO: f64 = 2.0;
@@ -42,9 +38,9 @@ fn main() -> ExitCode {
     for (name, spec) in techniques() {
         let technique = spec.build().unwrap();
         assert!(technique.real_time().and_then(RealTime::shader).is_some(), "{name} has no shader");
-        trials.push(gpu_trial(format!("shade::{name}"), move || shade(technique.as_ref(), "")));
+        trials.push(gpu_trial(format!("shade::{name}"), move || shade(&technique, "")));
         let technique = spec.build().unwrap();
-        trials.push(gpu_trial(format!("encode::{name}"), move || encode(technique.as_ref())));
+        trials.push(gpu_trial(format!("encode::{name}"), move || encode(&technique)));
     }
     trials.push(gpu_trial("shade::percentage_closer".into(), || percentage_closer("")));
     for transform in published::ALL.iter().filter(|p| matches!(p.order, 4 | 6)) {
@@ -59,23 +55,33 @@ fn main() -> ExitCode {
 
 /// Every technique with a shader. Moment biases are given, so that double precision has the same ones.
 fn techniques() -> Vec<(&'static str, TechniqueSpec)> {
-    let moments =
-        |bound: MomentBound| MomentOptions { alpha: Some(bound.single_precision_bias()), beta: 0.0 };
+    let named = |bound: &str| TechniqueSpec::named(bound).unwrap();
+    let exponential = |bound: &str, exponent: f64, negative_exponent: Option<f64>| TechniqueSpec {
+        exponent: Some(exponent),
+        negative_exponent,
+        ..named(bound)
+    };
+    let csm = |coefficients: usize| TechniqueSpec { coefficients: Some(coefficients), ..named("csm") };
+    let moments = |bound: MomentBound| TechniqueSpec {
+        alpha: Some(bound.single_precision_bias()),
+        ..TechniqueSpec::from(bound)
+    };
     vec![
-        ("vsm", TechniqueSpec::Vsm {}),
-        ("esm_80", TechniqueSpec::Esm { exponent: 80.0, format: StorageFormat::F32 }),
-        ("esm_11", TechniqueSpec::Esm { exponent: 11.0, format: StorageFormat::F16 }),
-        ("evsm2", TechniqueSpec::Evsm { positive: 10.0, negative: None, format: StorageFormat::F32 }),
-        ("evsm4", TechniqueSpec::Evsm { positive: 42.0, negative: Some(10.0), format: StorageFormat::F32 }),
-        ("lvsm4", TechniqueSpec::Lvsm { layers: 4 }),
-        ("csm4", TechniqueSpec::Csm { coefficients: 4 }),
-        ("csm16", TechniqueSpec::Csm { coefficients: 16 }),
-        ("hamburger2", TechniqueSpec::Hamburger2(moments(MomentBound::Hamburger2))),
-        ("hamburger4", TechniqueSpec::Hamburger4(moments(MomentBound::Hamburger4))),
-        ("hamburger4_16_bit", TechniqueSpec::Hamburger4(MomentOptions { alpha: Some(6e-5), beta: 0.25 })),
-        ("hamburger6", TechniqueSpec::Hamburger6(moments(MomentBound::Hamburger6))),
-        ("hausdorff4", TechniqueSpec::Hausdorff4(moments(MomentBound::Hausdorff4))),
-        ("trigonometric4", TechniqueSpec::Trigonometric4(moments(MomentBound::Trigonometric4))),
+        ("vsm", named("vsm")),
+        ("esm_80", exponential("esm", 80.0, None)),
+        ("esm_11", exponential("esm", 11.0, None)),
+        ("evsm2", exponential("evsm", 10.0, None)),
+        ("evsm4", exponential("evsm", 42.0, Some(10.0))),
+        ("lvsm4", TechniqueSpec { layers: Some(4), ..named("lvsm") }),
+        ("csm4", csm(4)),
+        ("csm16", csm(16)),
+        ("hamburger2", moments(MomentBound::Hamburger2)),
+        ("hamburger4", moments(MomentBound::Hamburger4)),
+        ("hamburger4_16_bit", TechniqueSpec { alpha: Some(6e-5), beta: 0.25, ..named("hamburger4") }),
+        ("hamburger4_unit", TechniqueSpec { range: Some(Range::Unit), ..moments(MomentBound::Hamburger4) }),
+        ("hamburger6", moments(MomentBound::Hamburger6)),
+        ("hausdorff4", moments(MomentBound::Hausdorff4)),
+        ("trigonometric4", moments(MomentBound::Trigonometric4)),
     ]
 }
 
@@ -120,7 +126,7 @@ fn compare(what: &str, shader: &[f32], single: &[f32], exact: &[f64], scales: &[
 }
 
 /// `fault` replaces `FROM=>TO` in the shader, for checking that the comparison can fail.
-fn shade(technique: &dyn Technique, fault: &str) -> Result<(), Failed> {
+fn shade(technique: &Technique, fault: &str) -> Result<(), Failed> {
     let real_time = technique.real_time().ok_or("no shader")?;
     let mut shader = real_time.shader().ok_or("no shader")?;
     if let Some((from, to)) = fault.split_once("=>") {
@@ -234,15 +240,11 @@ fn excuse(
 /// Both directions of a published transform of power moments, on the moments of the scenes' depths.
 fn quantise_and_decode(published: &Published) -> Result<(), Failed> {
     let m = published.order;
-    let options = MomentOptions { alpha: Some(0.0), beta: 0.0 };
-    let spec = match (m, published.signed) {
-        (4, false) => TechniqueSpec::Hausdorff4(options),
-        (4, true) => TechniqueSpec::Hamburger4(options),
-        _ => TechniqueSpec::Hamburger6(options),
-    };
-    let transform = published.transform()?;
+    let bound = if m == 4 { MomentBound::Hamburger4 } else { MomentBound::Hamburger6 };
     // Single floats round nothing further.
-    let stored = StoredTechnique::new(spec.build()?, Some(&transform), NumberFormat::F32)?;
+    let transform = Some(published.name.to_owned());
+    let stored = TechniqueSpec { transform, ..TechniqueSpec::from(bound) }.build()?;
+    let transform = stored.encoding().transform();
     let (quantise, dequantise) = stored.transform_wgsl();
     let functions = format!("const CHANNELS: u32 = {m}u;\n{quantise}{dequantise}");
     let call = |name: &str| {
@@ -255,9 +257,8 @@ fn quantise_and_decode(published: &Published) -> Result<(), Failed> {
     };
     let depths = fragments::depths();
     let (mut moments, mut single) = (vec![0.0f32; depths.len() * m], vec![0.0f32; depths.len() * m]);
-    let real_time = stored.technique().real_time().ok_or("no shader")?;
     for (i, &depth) in depths.iter().enumerate() {
-        real_time.encode_single(depth, &mut moments[i * m..(i + 1) * m]);
+        stored.evaluate(depth, &mut moments[i * m..(i + 1) * m]);
         stored.encode(depth, &mut single[i * m..(i + 1) * m]);
     }
     let exact = |values: &[f32], apply: &dyn Fn(&[f64], &mut [f64])| {
@@ -271,12 +272,12 @@ fn quantise_and_decode(published: &Published) -> Result<(), Failed> {
     compare(&format!("{}, transform", published.name), &found, &single, &truth, &[1.0])?;
     let found = compute::map(&functions, &call("dequantise"), (&single, m), m, None)?;
     let mut decoded = vec![0.0; single.len()];
-    single.chunks_exact(m).zip(decoded.chunks_exact_mut(m)).for_each(|(from, to)| stored.decode(from, to));
+    single.chunks_exact(m).zip(decoded.chunks_exact_mut(m)).for_each(|(from, to)| stored.restore(from, to));
     let truth = exact(&single, &|s, out| transform.invert(s, out));
     compare(&format!("{}, inverse", published.name), &found, &decoded, &truth, &[1.0])
 }
 
-fn encode(technique: &dyn Technique) -> Result<(), Failed> {
+fn encode(technique: &Technique) -> Result<(), Failed> {
     let real_time = technique.real_time().ok_or("no shader")?;
     let shader = real_time.shader().ok_or("no shader")?;
     let channels = technique.channels();
@@ -288,8 +289,8 @@ fn encode(technique: &dyn Technique) -> Result<(), Failed> {
     let (mut single, mut exact) = (vec![0.0; found.len()], vec![0.0; found.len()]);
     for (i, &depth) in depths.iter().enumerate() {
         let place = i * channels..(i + 1) * channels;
-        real_time.encode_single(depth, &mut single[place.clone()]);
-        technique.encode(f64::from(depth), &mut exact[place]);
+        technique.evaluate(depth, &mut single[place.clone()]);
+        technique.evaluate(f64::from(depth), &mut exact[place]);
     }
     // Relative to the largest value of a channel: warps span many orders of magnitude.
     let scales: Vec<f64> = (0..channels)
@@ -320,7 +321,7 @@ fn planted_faults() -> Result<(), Failed> {
     ] {
         let (_, spec) =
             techniques().into_iter().find(|(known, _)| *known == name).ok_or("no such technique")?;
-        if shade(spec.build()?.as_ref(), fault).is_ok() {
+        if shade(&spec.build()?, fault).is_ok() {
             return Err(format!("{name}: the comparison missed `{fault}`").into());
         }
     }

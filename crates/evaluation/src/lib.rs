@@ -25,7 +25,7 @@ pub use kinds::filterable::{
 };
 pub use kinds::quantization::{
     Alphas, BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting,
-    HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, RangeName, StoreSetting,
+    HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, StoreSetting,
     StructureName,
 };
 pub use kinds::search::{
@@ -40,14 +40,14 @@ pub use kinds::speed_accuracy::{
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
-    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Storage, Timed,
+    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityViewRecord, Timed,
     WorstRecord,
 };
+pub use moment_problem::MomentBound;
 pub use provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
 pub use role::{Role, with_role};
 pub use run::{Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
-pub use shadow_filtering::techniques::MomentBound;
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 

@@ -24,24 +24,26 @@ fn map() -> DepthMap {
     DepthMap::new(SIZE, SIZE, depths.collect()).unwrap()
 }
 
-fn specs() -> Vec<TechniqueSpec> {
-    let options = MomentOptions::default();
-    vec![
-        TechniqueSpec::Vsm {},
-        TechniqueSpec::Esm { exponent: 80.0, format: StorageFormat::F32 },
-        TechniqueSpec::Evsm { positive: 10.0, negative: Some(10.0), format: StorageFormat::F32 },
-        TechniqueSpec::Lvsm { layers: 4 },
-        TechniqueSpec::Csm { coefficients: 4 },
-        TechniqueSpec::Hamburger4(options),
-        TechniqueSpec::Hausdorff4(options),
-        TechniqueSpec::Trigonometric4(options),
-        TechniqueSpec::Hamburger6(options),
-        TechniqueSpec::Hamburger8(options),
+fn built() -> Vec<Technique> {
+    let spec = |text: &str| toml::from_str::<TechniqueSpec>(text).unwrap().build().unwrap();
+    [
+        "bound = 'vsm'",
+        "bound = 'esm'\nexponent = 80.0",
+        "bound = 'evsm'\nexponent = 10.0\nnegative_exponent = 10.0",
+        "bound = 'lvsm'\nlayers = 4",
+        "bound = 'csm'\ncoefficients = 4",
+        "bound = 'hamburger4'",
+        "bound = 'hausdorff4'",
+        "bound = 'trigonometric4'",
+        "bound = 'hamburger6'",
+        "bound = 'hamburger8'",
     ]
+    .map(spec)
+    .into()
 }
 
 /// A fragment a texel.
-fn shade_all(technique: &dyn Technique, filtered: &ChannelMap<f64>) -> f64 {
+fn shade_all(technique: &Technique, filtered: &ChannelMap<f64>) -> f64 {
     let row = |y: usize| -> f64 {
         let z_f = |x: usize| ((x * 7 + y * 13) % 1009) as f64 / 1009.0;
         (0..SIZE).map(|x| technique.shade(filtered.texel(x, y), z_f(x)).unwrap()).sum()
@@ -54,9 +56,9 @@ fn filters(criterion: &mut Criterion) {
     let kernel = Kernel::gaussian(9, 2.4).unwrap();
     let mut group = criterion.benchmark_group("filter");
     group.sample_size(10).throughput(Throughput::Elements((SIZE * SIZE) as u64));
-    let technique = TechniqueSpec::Hamburger4(MomentOptions::default()).build().unwrap();
-    let single = encode::<f32>(&map, technique.as_ref()).unwrap();
-    let double = encode::<f64>(&map, technique.as_ref()).unwrap();
+    let technique = TechniqueSpec::named("hamburger4").unwrap().build().unwrap();
+    let single = encode::<f32>(&map, &technique).unwrap();
+    let double = encode::<f64>(&map, &technique).unwrap();
     group.bench_function("4 channels, f32", |b| b.iter(|| filter(black_box(&single), &kernel)));
     group.bench_function("4 channels, f64", |b| b.iter(|| filter(black_box(&double), &kernel)));
     group.finish();
@@ -67,10 +69,9 @@ fn techniques(criterion: &mut Criterion) {
     let kernel = Kernel::gaussian(9, 2.4).unwrap();
     let mut group = criterion.benchmark_group("shade");
     group.sample_size(10).throughput(Throughput::Elements((SIZE * SIZE) as u64));
-    for spec in specs() {
-        let technique = spec.build().unwrap();
-        let filtered = filter(&encode(&map, technique.as_ref()).unwrap(), &kernel);
-        group.bench_function(technique.name(), |b| b.iter(|| shade_all(technique.as_ref(), &filtered)));
+    for technique in built() {
+        let filtered = filter(&encode::<f64>(&map, &technique).unwrap(), &kernel);
+        group.bench_function(technique.name(), |b| b.iter(|| shade_all(&technique, &filtered)));
     }
     let percentage_closer = || -> f64 {
         let row = |y: usize| (0..SIZE).map(|x| kernel.percentage_closer(&map, x, y, 0.5)).sum::<f64>();
@@ -84,16 +85,16 @@ fn techniques(criterion: &mut Criterion) {
 fn together(criterion: &mut Criterion) {
     let map = map();
     let kernel = Kernel::gaussian(9, 2.4).unwrap();
-    let techniques: Vec<_> = specs().iter().map(|spec| spec.build().unwrap()).collect();
+    let techniques = built();
     let mut group = criterion.benchmark_group("1024^2 map, a million fragments");
     group.sample_size(10);
     group.bench_function("all closed forms", |b| {
         b.iter(|| {
-            let one = |technique: &dyn Technique| {
-                let filtered = filter(&encode(&map, technique).unwrap(), &kernel);
+            let one = |technique: &Technique| {
+                let filtered = filter(&encode::<f64>(&map, technique).unwrap(), &kernel);
                 shade_all(technique, &filtered)
             };
-            techniques.iter().map(|technique| one(technique.as_ref())).sum::<f64>()
+            techniques.iter().map(one).sum::<f64>()
         })
     });
     group.finish();

@@ -11,8 +11,8 @@
 //! let depths = (0..32 * 32).map(|t| if t % 32 < 16 { 0.3 } else { 0.8 }).collect();
 //! let map = DepthMap::new(32, 32, depths)?;
 //! let kernel = Kernel::gaussian(9, 2.4)?;
-//! let technique = TechniqueSpec::Hamburger4(MomentOptions::default()).build()?;
-//! let filtered = filter(&encode::<f64>(&map, technique.as_ref())?, &kernel);
+//! let technique = TechniqueSpec::named("hamburger4")?.build()?;
+//! let filtered = filter(&encode::<f64>(&map, &technique)?, &kernel);
 //! let g = technique.shade(filtered.texel(16, 16), 0.8)?;
 //! let f = kernel.distribution(&map, 16, 16).cdf(0.8);
 //! assert!((g - f).abs() < 1e-4, "two surfaces are reconstructed: {g} and {f}");
@@ -21,34 +21,36 @@
 
 #![deny(missing_docs)]
 
+mod basis;
+mod bound;
+pub mod conformance;
 mod depth_map;
+mod encoding;
 mod error;
-mod filter;
 mod kernel;
 mod operations;
 mod passes;
 mod pcf;
-mod pyramid;
-mod real_time;
+mod regions;
 pub mod shaders;
 mod spec;
-mod stored;
-mod stored_technique;
 mod surfaces;
 mod technique;
-pub mod techniques;
+mod techniques;
+mod transforms;
 
+pub use basis::{AnyBasis, DepthBasis};
+pub use bound::{AnyBound, RealTime, ShadowBound};
 pub use depth_map::{ChannelMap, DepthMap};
 pub use error::FilteringError;
-pub use filter::{encode, filter};
 pub use kernel::{Kernel, KernelSpec, MAX_KERNEL_SIZE};
 pub use operations::SPECIAL;
 pub use passes::comparison_shaders;
 pub use pcf::{DepthBias, Receiver, Reference};
-pub use pyramid::{mip_chain, resolve};
-pub use real_time::RealTime;
-pub use spec::{MomentOptions, TechniqueSpec};
-pub use stored::{StoredMap, StoredMoments};
-pub use stored_technique::{Position, StoredTechnique};
+pub use regions::{
+    KernelField, MipTexel, Position, Pyramid, StoredField, SummedAreaField, encode, filter, resolve,
+};
+pub use spec::{BoundName, Range, TechniqueSpec};
 pub use surfaces::SurfaceCounter;
-pub use technique::{StorageFormat, Technique};
+pub use technique::{Precision, Technique};
+pub use techniques::BiasedMoments;

@@ -5,7 +5,7 @@
 
 use crate::kernel::Kernel;
 use crate::shaders;
-use crate::stored_technique::StoredTechnique;
+use crate::technique::Technique;
 use ::shaders::{FrameShaders, TexelFormat, count, unroll};
 use quantization::NumberFormat;
 use std::fmt::Write as _;
@@ -16,14 +16,14 @@ const FRAME: &str = include_str!("frame.wgsl");
 /// Most textures of a map: more would exceed what every adapter can render to at once.
 const MAX_TEXTURES: usize = 2;
 
-impl StoredTechnique {
+impl Technique {
     /// The passes of a frame, from depth maps with so many samples; `None` where there is no shader, or where the map
     /// would need more than two textures.
     pub fn passes(&self, kernel: &Kernel, samples: u32) -> Option<FrameShaders> {
-        let channels = self.technique().channels();
-        let technique = self.technique().real_time()?.shader()?;
+        let channels = self.channels();
+        let technique = self.real_time()?.shader()?;
         let textures: Vec<usize> = (0..channels.div_ceil(4)).map(|i| (channels - 4 * i).min(4)).collect();
-        let format = match self.format() {
+        let format = match self.encoding().format() {
             NumberFormat::Unorm16 => TexelFormat::Unorm16,
             NumberFormat::F16 => TexelFormat::F16,
             NumberFormat::F32 => TexelFormat::F32,

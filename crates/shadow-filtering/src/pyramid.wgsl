@@ -1,4 +1,4 @@
-// Twin of `mip_chain` for even sides: a texel of the next level is the mean of four.
+// Twin of `Pyramid` for even sides: a texel of the next level is the mean of four.
 
 @fragment
 fn halve(@builtin(position) at: vec4<f32>) -> Targets {

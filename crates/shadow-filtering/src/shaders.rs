@@ -1,8 +1,8 @@
 //! WGSL twins put together: constants of a technique, then the files that its mathematics needs.
 
 use crate::kernel::Kernel;
+use moment_problem::MomentBound;
 use moment_problem::wgsl::{CHEBYSHEV, ELEMENTARY};
-use moment_problem::{Interval, MomentBound};
 use shaders::{array, constant, count, flag, unroll};
 
 const MOMENTS: &str = include_str!("techniques/moments.wgsl");
@@ -46,14 +46,20 @@ pub(crate) fn convolution(
 }
 
 /// `None` for eight moments, which no frame has been given yet.
-pub(crate) fn moments(bound: MomentBound, alpha: f64, beta: f64) -> Option<String> {
+pub(crate) fn moments(
+    bound: MomentBound,
+    signed: bool,
+    alpha: f64,
+    centre: &[f64],
+    beta: f64,
+) -> Option<String> {
     let order = bound.order();
     let mut constants = count("CHANNELS", order);
     for (name, value) in [("ALPHA", alpha), ("KEEP", 1.0 - alpha), ("BETA", beta)] {
         constants += &constant(name, value);
     }
-    constants += &array("CENTRE", bound.centre());
-    constants += &flag("SIGNED", bound.interval() == Interval::Real);
+    constants += &array("CENTRE", centre);
+    constants += &flag("SIGNED", signed);
     let mut parts = vec![constants.as_str()];
     parts.extend(bound.wgsl()?);
     parts.push(MOMENTS);

@@ -9,37 +9,37 @@ use shadow_filtering::*;
 const TOLERANCE: f64 = 1e-9;
 const SIZE: usize = 15;
 
-fn build(list: &[&str]) -> Vec<Box<dyn Technique>> {
+fn build(list: &[&str]) -> Vec<Technique> {
     let one = |text: &&str| toml::from_str::<TechniqueSpec>(text).unwrap().build().unwrap();
     list.iter().map(one).collect()
 }
 
-fn moment_techniques() -> Vec<Box<dyn Technique>> {
+fn moment_techniques() -> Vec<Technique> {
     build(&[
-        "kind = 'hamburger4'",
-        "kind = 'hausdorff4'",
-        "kind = 'trigonometric4'",
-        "kind = 'hamburger6'",
-        "kind = 'hamburger8'",
+        "bound = 'hamburger4'",
+        "bound = 'hausdorff4'",
+        "bound = 'trigonometric4'",
+        "bound = 'hamburger6'",
+        "bound = 'hamburger8'",
     ])
 }
 
-fn all_techniques() -> Vec<Box<dyn Technique>> {
+fn all_techniques() -> Vec<Technique> {
     let mut all = build(&[
-        "kind = 'vsm'",
-        "kind = 'esm'\nexponent = 80.0",
-        "kind = 'evsm'\npositive = 42.0",
-        "kind = 'evsm'\npositive = 42.0\nnegative = 42.0",
-        "kind = 'lvsm'\nlayers = 4",
-        "kind = 'csm'\ncoefficients = 16",
-        "kind = 'certified'\nbasis = 'z, z^2, exp(-4z), exp(4z)'",
+        "bound = 'vsm'",
+        "bound = 'esm'\nexponent = 80.0",
+        "bound = 'evsm'\nexponent = 42.0",
+        "bound = 'evsm'\nexponent = 42.0\nnegative_exponent = 42.0",
+        "bound = 'lvsm'\nlayers = 4",
+        "bound = 'csm'\ncoefficients = 16",
+        "basis = 'z, z^2, exp(-4z), exp(4z)'",
     ]);
     all.extend(moment_techniques());
     all
 }
 
 /// G and F of a technique at the middle of a map.
-fn compared(technique: &dyn Technique, map: &DepthMap, z_f: f64) -> (f64, f64) {
+fn compared(technique: &Technique, map: &DepthMap, z_f: f64) -> (f64, f64) {
     let kernel = Kernel::gaussian(9, 2.4).unwrap();
     let filtered = filter(&encode::<f64>(map, technique).unwrap(), &kernel);
     let middle = SIZE / 2;
@@ -56,7 +56,7 @@ proptest! {
         let map = DepthMap::new(SIZE, SIZE, vec![depth; SIZE * SIZE]).unwrap();
         for technique in all_techniques() {
             for z_f in [f64::from(depth), (f64::from(depth) - bias).max(0.0)] {
-                let (g, f) = compared(technique.as_ref(), &map, z_f);
+                let (g, f) = compared(&technique, &map, z_f);
                 prop_assert_eq!(f, 0.0);
                 prop_assert!(g <= TOLERANCE, "{} at {z_f}: {g}", technique.name());
             }
@@ -79,7 +79,7 @@ proptest! {
         let map = DepthMap::new(SIZE, SIZE, depths).unwrap();
         for technique in moment_techniques() {
             for z_f in [front, back].map(|depth| f64::from(depth) - bias) {
-                let (g, f) = compared(technique.as_ref(), &map, z_f);
+                let (g, f) = compared(&technique, &map, z_f);
                 prop_assert!((g - f).abs() <= TOLERANCE, "{} at {z_f}: {g} and {f}", technique.name());
             }
         }

@@ -67,13 +67,14 @@ proptest! {
 
     #[test]
     fn the_mip_chain_preserves_the_mean(map in maps()) {
-        let chain = mip_chain(&map);
+        let pyramid = Pyramid::new(&map);
+        let chain = pyramid.levels();
         for channel in 0..map.channels() {
             let mean = |level: &ChannelMap<f64>| {
                 let values = level.data().iter().skip(channel).step_by(level.channels());
                 values.sum::<f64>() / (level.width() * level.height()) as f64
             };
-            for level in &chain {
+            for level in chain {
                 prop_assert!((mean(level) - mean(&map)).abs() < 1e-12);
             }
         }
@@ -89,10 +90,10 @@ fn the_number_of_threads_changes_no_bit() {
     });
     let map = DepthMap::new(97, 61, depths.collect()).unwrap();
     let kernel = Kernel::gaussian(9, 2.4).unwrap();
-    let technique = TechniqueSpec::Hamburger6(MomentOptions::default()).build().unwrap();
+    let technique = TechniqueSpec::named("hamburger6").unwrap().build().unwrap();
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| filter(&encode::<f64>(&map, technique.as_ref()).unwrap(), &kernel))
+        pool.install(|| filter(&encode::<f64>(&map, &technique).unwrap(), &kernel))
     };
     let bits = |map: ChannelMap<f64>| map.data().iter().map(|v| v.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(run(1)), bits(run(2)));
@@ -102,7 +103,8 @@ fn the_number_of_threads_changes_no_bit() {
 fn a_value_that_the_format_cannot_hold_is_an_error() {
     // e^(2 * 42 s) at s = 1 fits f32; f16's limit is checked by the technique, f32 overflow by the map.
     let map = DepthMap::new(1, 1, vec![1.0]).unwrap();
-    let esm = |exponent| TechniqueSpec::Esm { exponent, format: StorageFormat::F32 }.build();
-    assert!(encode::<f32>(&map, esm(88.0).unwrap().as_ref()).is_ok());
+    let esm =
+        |exponent| TechniqueSpec { exponent: Some(exponent), ..TechniqueSpec::named("esm").unwrap() }.build();
+    assert!(encode::<f32>(&map, &esm(88.0).unwrap()).is_ok());
     assert!(esm(89.0).is_err());
 }

@@ -4,7 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use moment_problem::MomentBound;
-use shadow_filtering::{MomentOptions, StorageFormat, Technique, TechniqueSpec};
+use shadow_filtering::{Technique, TechniqueSpec};
 
 /// Excess that is no violation, besides the bias: the project's tolerance for bounds.
 const TOLERANCE: f64 = 1e-6;
@@ -55,25 +55,27 @@ fn kernel(random: &mut Random) -> (Vec<(f64, f64)>, f64) {
     (atoms, z_f.clamp(0.0, 1.0))
 }
 
+fn technique(toml: &str) -> Technique {
+    toml::from_str::<TechniqueSpec>(toml).unwrap().build().unwrap()
+}
+
 /// Every bound that is computed by a closed form, with the bias that it adds to F at most.
-fn bounds() -> Vec<(Box<dyn Technique>, f64)> {
-    let moments = MomentOptions::default();
-    let format = StorageFormat::F32;
-    let specs = [
-        (TechniqueSpec::Vsm {}, 0.0),
-        (TechniqueSpec::Esm { exponent: 80.0, format }, 0.0),
-        (TechniqueSpec::Evsm { positive: 40.0, negative: None, format }, 0.0),
-        (TechniqueSpec::Evsm { positive: 40.0, negative: Some(5.0), format }, 0.0),
-        (TechniqueSpec::Lvsm { layers: 4 }, 0.0),
-        (TechniqueSpec::Hamburger2(moments), 1e-9),
-        (TechniqueSpec::Hamburger4(moments), 1e-9),
-        (TechniqueSpec::Hamburger6(moments), 1e-9),
-        (TechniqueSpec::Hamburger8(moments), 1e-8),
-        (TechniqueSpec::Hausdorff4(moments), 1e-9),
-        (TechniqueSpec::Trigonometric4(moments), 1e-9),
+fn bounds() -> Vec<(Technique, f64)> {
+    let warps = [
+        "bound = 'vsm'",
+        "bound = 'esm'\nexponent = 80.0",
+        "bound = 'evsm'\nexponent = 40.0",
+        "bound = 'evsm'\nexponent = 40.0\nnegative_exponent = 5.0",
+        "bound = 'lvsm'\nlayers = 4",
     ];
-    let build = |(spec, alpha): (TechniqueSpec, f64)| (spec.build().unwrap(), alpha);
-    specs.into_iter().map(build).filter(|(technique, _)| technique.is_lower_bound()).collect()
+    let warps = warps.into_iter().map(|toml| (technique(toml), 0.0));
+    let moments = MomentBound::ALL.into_iter();
+    let moments = moments.map(|bound| (moments_of(bound), bound.double_precision_bias()));
+    warps.chain(moments).filter(|(technique, _)| technique.is_lower_bound()).collect()
+}
+
+fn moments_of(bound: MomentBound) -> Technique {
+    TechniqueSpec::from(bound).build().unwrap()
 }
 
 /// `MSM_SURFACES` sets the number of kernels.
@@ -92,7 +94,7 @@ fn flat_surfaces_are_not_shadowed_by_rounding() {
             let encoded = &mut encoded[..technique.channels()];
             let mut filtered = [0.0; 8];
             for &(z, w) in &atoms {
-                technique.encode(z, encoded);
+                technique.evaluate(z, encoded);
                 filtered.iter_mut().zip(&*encoded).for_each(|(sum, value)| *sum += w * value);
             }
             let excess = technique.shade(&filtered[..technique.channels()], z_f).unwrap() - f - alpha;
@@ -115,19 +117,9 @@ fn flat_surfaces_are_not_shadowed_by_rounding() {
 #[test]
 fn flat_surfaces_are_not_shadowed_by_single_precision() {
     let count = std::env::var("MSM_SURFACES").map_or(100_000, |count| count.parse().unwrap());
-    let moments = MomentOptions::default();
-    let specs = [
-        TechniqueSpec::Hamburger2(moments),
-        TechniqueSpec::Hamburger4(moments),
-        TechniqueSpec::Hamburger6(moments),
-        TechniqueSpec::Hamburger8(moments),
-        TechniqueSpec::Hausdorff4(moments),
-        TechniqueSpec::Trigonometric4(moments),
-    ];
     let mut encoded = [0.0; 8];
-    for (spec, bound) in specs.iter().zip(MomentBound::ALL) {
-        let technique = spec.build().unwrap();
-        let single = technique.real_time().unwrap();
+    for bound in MomentBound::ALL {
+        let technique = moments_of(bound);
         let encoded = &mut encoded[..technique.channels()];
         let alpha = bound.single_precision_bias();
         let mut random = Random(4);
@@ -138,11 +130,11 @@ fn flat_surfaces_are_not_shadowed_by_single_precision() {
             let f: f64 = atoms.iter().filter(|atom| atom.0 < f64::from(z_f)).map(|atom| atom.1).sum();
             let mut filtered = [0.0; 8];
             for &(z, w) in &atoms {
-                technique.encode(z, encoded);
+                technique.evaluate(z, encoded);
                 filtered.iter_mut().zip(&*encoded).for_each(|(sum, value)| *sum += w * value);
             }
             let stored = filtered.map(|value| value as f32);
-            let g = f64::from(single.shade_single(&stored[..technique.channels()], z_f));
+            let g = f64::from(technique.shade(&stored[..technique.channels()], z_f).unwrap());
             let excess = g - f - alpha;
             assert!(excess <= TOLERANCE, "{}: {excess:e} above F at {z_f:?} of {atoms:?}", technique.name());
         }

@@ -67,9 +67,17 @@ pub struct Experiment {
     pub(crate) settings: Arc<dyn AnySettings>,
 }
 
+/// How lists of techniques were called before all kinds spelled them alike.
+const FORMER_LISTS: [&str; 3] = ["candidate", "store", "method"];
+
 /// The settings of a table, by its key `kind`.
 fn parse_kind(mut table: Table) -> Result<Arc<dyn AnySettings>, String> {
     let name = table.remove("kind").ok_or("key `kind` is missing")?;
+    if let Some(former) = FORMER_LISTS.into_iter().find(|list| table.contains_key(*list)) {
+        return Err(format!(
+            "[[{former}]] is spelled [[technique]] now, with `method = {{ bound = \"...\", .. }}`"
+        ));
+    }
     match KINDS.iter().find(|kind| name.as_str() == Some(kind.name)) {
         Some(kind) => (kind.parse)(table),
         None => {

@@ -150,3 +150,31 @@ impl<F: Word> PartialOrd for DoubleWord<F> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 24 bits times 24 bits fit into an `f64`; so do sums of numbers whose exponents differ by less than 29.
+    #[test]
+    fn sums_and_products_of_two_words_are_exact() {
+        let value =
+            |i: u32| (i as f32 * 1.618_034).fract().mul_add(3.0, -1.5) * ((i % 23) as f32 - 11.0).exp2();
+        for i in 0..500 {
+            for j in 0..40 {
+                let (a, b) = (value(i), value(977 * j + i));
+                let (sum, product) = (DoubleWord::sum(a, b), two_product(a, b));
+                assert_eq!(
+                    f64::from(sum.high) + f64::from(sum.low),
+                    f64::from(a) + f64::from(b),
+                    "{a} + {b}"
+                );
+                assert_eq!(
+                    f64::from(product.0) + f64::from(product.1),
+                    f64::from(a) * f64::from(b),
+                    "{a} * {b}"
+                );
+            }
+        }
+    }
+}

@@ -181,18 +181,20 @@ impl MomentBound {
         }
     }
 
-    /// The bound of (1 - alpha) b + alpha b*, in the way that loses least in single precision.
+    /// The bound of (1 - alpha) b + alpha c, in the way that loses least in single precision; `centre` is c, such as
+    /// [`MomentBound::centre`].
     ///
     /// # Panics
     /// For fewer moments.
-    pub fn biased_bounds<R: Real>(self, moments: &[R], alpha: f64, z_f: R) -> Pair<R> {
+    pub fn biased_bounds<R: Real>(self, moments: &[R], alpha: f64, centre: &[f64], z_f: R) -> Pair<R> {
         let (keep, alpha) = (R::from_f64(1.0 - alpha), R::from_f64(alpha));
         if self == Self::Hausdorff4 {
-            return hausdorff4_biased(&leading(moments), &ARCSINE_UNIT.map(R::from_f64), alpha, z_f);
+            let centre = std::array::from_fn(|k| R::from_f64(centre[k]));
+            return hausdorff4_biased(&leading(moments), &centre, alpha, z_f);
         }
         let mut biased = [R::zero(); Self::MAX_ORDER];
-        for ((value, &b), &centre) in biased.iter_mut().zip(moments).zip(self.centre()) {
-            *value = keep * b + alpha * R::from_f64(centre);
+        for ((value, &b), &c) in biased.iter_mut().zip(moments).zip(centre) {
+            *value = keep * b + alpha * R::from_f64(c);
         }
         self.bounds(&biased, z_f)
     }

@@ -11,9 +11,12 @@
 //! falling edge of the wave out of reach. Damping and delta are those of least area between q and the test over t in
 //! \[-1, 1\], because ringing below 0 behind the receiver costs as much as a soft edge in front of it.
 
+use super::{Parts, count_of};
+use crate::basis::DepthBasis;
+use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::real_time::{RealTime, in_real_time};
-use crate::technique::{Technique, unit};
+use crate::shaders;
+use crate::spec::TechniqueSpec;
 use moment_problem::arithmetic::Real;
 use std::f64::consts::PI;
 
@@ -23,9 +26,9 @@ const MAX_COEFFICIENTS: usize = 64;
 /// Nodes per shortest wavelength at which the extrema of p are sought: when choosing constants, and for the chosen.
 const NODES_PER_WAVE: (usize, usize) = (8, 64);
 
-/// Convolution shadow map with M Fourier coefficients (pairs) on \[0, 1\].
-#[derive(Clone, Debug)]
-pub struct Convolution {
+/// M Fourier coefficients (pairs) on \[0, 1\].
+#[derive(Clone)]
+struct Convolution {
     /// c_1; c_k = (2 k - 1) c_1.
     frequency: f64,
     /// Amplitudes 2/pi a_k / (2 k - 1).
@@ -36,15 +39,8 @@ pub struct Convolution {
 }
 
 impl Convolution {
-    /// `coefficients` is M.
-    ///
-    /// # Errors
-    /// [`FilteringError::Parameter`] for none or more than 64.
-    pub fn new(coefficients: usize) -> Result<Self, FilteringError> {
-        if !(1..=MAX_COEFFICIENTS).contains(&coefficients) {
-            let reason = format!("must be 1 to {MAX_COEFFICIENTS}");
-            return Err(FilteringError::parameter("coefficients", coefficients, reason));
-        }
+    /// The damping and delta of least area; M is 1 to [`MAX_COEFFICIENTS`].
+    fn new(coefficients: usize) -> Option<Self> {
         let mut best: Option<(f64, Self)> = None;
         for damping in [0.0, 0.5, 1.0, 2.0, 3.0] {
             for step in 1..=16 {
@@ -57,11 +53,9 @@ impl Convolution {
                 }
             }
         }
-        let (_, mut technique) = best.ok_or_else(|| {
-            FilteringError::parameter("coefficients", coefficients, "leave nothing to choose from")
-        })?;
+        let (_, mut technique) = best?;
         (technique.low, technique.high) = technique.extrema(NODES_PER_WAVE.1);
-        Ok(technique)
+        Some(technique)
     }
 
     fn with(coefficients: usize, damping: f64, delta: f64) -> Self {
@@ -121,34 +115,42 @@ impl Convolution {
     }
 
     /// q(t): the weight with which a texel at depth z_f - t shadows, possibly negative.
-    pub fn response(&self, t: f64) -> f64 {
+    fn response(&self, t: f64) -> f64 {
         (self.series(t - self.delta) - self.low) / (self.high - self.low)
     }
+}
 
-    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
-        let angle = R::from_f64(self.frequency) * unit(depth);
-        odd_multiples(angle, self.amplitudes.len(), |k, cosine, sine| {
+impl DepthBasis for Convolution {
+    fn channels(&self) -> usize {
+        2 * self.amplitudes.len()
+    }
+
+    fn evaluate<R: Real>(&self, z: R, out: &mut [R]) {
+        odd_multiples(R::from_f64(self.frequency) * z, self.amplitudes.len(), |k, cosine, sine| {
             (out[2 * k], out[2 * k + 1]) = (cosine, sine);
         });
     }
+}
 
-    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
+impl ShadowBound for Convolution {
+    fn name(&self) -> String {
+        format!("CSM, M = {}", self.amplitudes.len())
+    }
+
+    fn shade<R: Real>(&self, b: &[R], z_f: R) -> R {
         let mut sum = R::from_f64(0.5);
-        let angle = R::from_f64(self.frequency) * (unit(z_f) - R::from_f64(self.delta));
+        let angle = R::from_f64(self.frequency) * (z_f - R::from_f64(self.delta));
         odd_multiples(angle, self.amplitudes.len(), |k, cosine, sine| {
-            let wave = sine * filtered[2 * k] - cosine * filtered[2 * k + 1];
+            let wave = sine * b[2 * k] - cosine * b[2 * k + 1];
             sum = sum + R::from_f64(self.amplitudes[k]) * wave;
         });
         ((sum - R::from_f64(self.low)) / R::from_f64(self.high - self.low)).clamp_unit()
     }
-}
 
-in_real_time!(Convolution, |technique| shaders::convolution(
-    technique.frequency,
-    technique.delta,
-    [technique.low, technique.high],
-    &technique.amplitudes
-));
+    fn shader(&self) -> Option<String> {
+        shaders::convolution(self.frequency, self.delta, [self.low, self.high], &self.amplitudes)
+    }
+}
 
 /// Calls `each` with k, cos and sin of (2 k + 1) x.
 fn odd_multiples<R: Real>(x: R, count: usize, mut each: impl FnMut(usize, R, R)) {
@@ -160,28 +162,50 @@ fn odd_multiples<R: Real>(x: R, count: usize, mut each: impl FnMut(usize, R, R))
     }
 }
 
-impl Technique for Convolution {
-    fn name(&self) -> String {
-        format!("CSM, M = {}", self.amplitudes.len())
-    }
+/// `coefficients` is M, 1 to 64.
+pub(crate) fn parts(spec: &TechniqueSpec) -> Result<Parts, FilteringError> {
+    let coefficients = count_of("coefficients", spec.coefficients, MAX_COEFFICIENTS)?;
+    let convolution = Convolution::new(coefficients).ok_or_else(|| {
+        FilteringError::parameter("coefficients", coefficients, "leave nothing to choose from")
+    })?;
+    Ok(Parts::new(convolution.clone(), convolution))
+}
 
-    fn channels(&self) -> usize {
-        2 * self.amplitudes.len()
-    }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::Kernel;
+    use crate::regions::{encode, filter};
 
-    fn encode(&self, depth: f64, out: &mut [f64]) {
-        self.encode_in(depth, out);
-    }
-
-    fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        Ok(self.shade_in(filtered, z_f))
-    }
-
-    fn real_time(&self) -> Option<&dyn RealTime> {
-        Some(self)
-    }
-
-    fn is_lower_bound(&self) -> bool {
-        true
+    #[test]
+    fn convolution_shadow_maps_are_the_filtered_response_and_tend_to_the_shadow_test() {
+        let kernel = Kernel::gaussian(9, 2.4).unwrap();
+        let map = &crate::conformance::maps().unwrap()[4];
+        for coefficients in [1, 4, 16] {
+            let csm = Convolution::new(coefficients).unwrap();
+            let technique =
+                TechniqueSpec { coefficients: Some(coefficients), ..TechniqueSpec::named("csm").unwrap() };
+            let technique = technique.build().unwrap();
+            let filtered = filter(&encode::<f64>(map, &technique).unwrap(), &kernel);
+            let z = kernel.distribution(map, 20, 30);
+            for i in 0..=50 {
+                let z_f = f64::from(i) / 50.0;
+                let atoms = z.depths().iter().zip(z.weights());
+                let expected: f64 = atoms.map(|(&depth, &w)| w.to_f64() * csm.response(z_f - depth)).sum();
+                let g = technique.shade(filtered.texel(20, 30), z_f).unwrap();
+                assert!((g - expected.clamp(0.0, 1.0)).abs() < 1e-12, "{g} and {expected}");
+            }
+            // Below the test everywhere, between the nodes of the search too.
+            for i in -50_000..=50_000 {
+                let t = f64::from(i) / 50_000.0;
+                assert!(csm.response(t) <= if t > 0.0 { 1.0 } else { 0.0 }, "{coefficients} at {t}");
+            }
+        }
+        let fine = Convolution::new(64).unwrap();
+        for i in 1..20 {
+            let t = f64::from(i) / 20.0;
+            assert!(fine.response(t) > 0.98, "{t}: {}", fine.response(t));
+            assert!(fine.response(-t).abs() < 0.02, "-{t}: {}", fine.response(-t));
+        }
     }
 }

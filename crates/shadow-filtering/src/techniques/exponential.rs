@@ -1,66 +1,48 @@
-//! Exponential shadow maps: b(z) = e^(c z) and Markov's inequality (MSM15 section 2, after Salvi and Annen et al.).
+//! Exponential shadow maps: b(z) = e^(c z) and Markov's inequality (MSM15 section 2, after Salvi and Annen et al.),
+//! without a fallback to PCF, as in MSM15's comparison.
 
+use super::{LARGEST_EXPONENT, Parts, exponent_of};
+use crate::basis::DepthBasis;
+use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::real_time::{RealTime, in_real_time};
-use crate::technique::{StorageFormat, Technique, check_exponent, unit};
+use crate::shaders;
+use crate::spec::TechniqueSpec;
 use moment_problem::arithmetic::Real;
 use moment_problem::markov::markov_line;
 
-/// Exponential shadow map on \[0, 1\], without a fallback to PCF, as in MSM15's comparison.
-#[derive(Clone, Copy, Debug)]
-pub struct Exponential {
+/// e^(c z).
+#[derive(Clone, Copy)]
+struct Exponential {
     exponent: f64,
-    format: StorageFormat,
 }
 
-impl Exponential {
-    /// c counts per depth range.
-    ///
-    /// # Errors
-    /// [`FilteringError::Parameter`] for an exponent that is not positive or overflows the format (88 in f32).
-    pub fn new(exponent: f64, format: StorageFormat) -> Result<Self, FilteringError> {
-        check_exponent("exponent", exponent, format, format.largest_exponent())?;
-        Ok(Self { exponent, format })
-    }
-
-    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
-        out[0] = (R::from_f64(self.exponent) * unit(depth)).exp();
-    }
-
-    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
-        markov_line(filtered[0] * (R::from_f64(-self.exponent) * unit(z_f)).exp()).lower
-    }
-}
-
-in_real_time!(Exponential, |technique| shaders::exponential(technique.exponent));
-
-impl Technique for Exponential {
-    fn name(&self) -> String {
-        format!("ESM c = {}", self.exponent)
-    }
-
+impl DepthBasis for Exponential {
     fn channels(&self) -> usize {
         1
     }
 
-    fn bits_per_texel(&self) -> usize {
-        self.format.bits()
+    fn evaluate<R: Real>(&self, z: R, out: &mut [R]) {
+        out[0] = (R::from_f64(self.exponent) * z).exp();
     }
+}
 
-    fn encode(&self, depth: f64, out: &mut [f64]) {
-        self.encode_in(depth, out);
+impl ShadowBound for Exponential {
+    fn name(&self) -> String {
+        format!("ESM c = {}", self.exponent)
     }
 
     /// 1 - E\[e^(c z)\] e^(-c z_f), clamped to 0.
-    fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        Ok(self.shade_in(filtered, z_f))
+    fn shade<R: Real>(&self, b: &[R], z_f: R) -> R {
+        markov_line(b[0] * (R::from_f64(-self.exponent) * z_f).exp()).lower
     }
 
-    fn real_time(&self) -> Option<&dyn RealTime> {
-        Some(self)
+    fn shader(&self) -> Option<String> {
+        shaders::exponential(self.exponent)
     }
+}
 
-    fn is_lower_bound(&self) -> bool {
-        true
-    }
+/// `exponent` is c, per depth range.
+pub(crate) fn parts(spec: &TechniqueSpec) -> Result<Parts, FilteringError> {
+    let exponent = exponent_of("exponent", spec.exponent, spec.format(), LARGEST_EXPONENT)?;
+    Ok(Parts::new(Exponential { exponent }, Exponential { exponent }))
 }

@@ -6,36 +6,28 @@
 //! an exponent 2 c in z: MSM15 writes e^(c z), implementations use s because it doubles what a format can hold.
 
 use super::variance::{cantelli, rounding};
+use super::{LARGEST_EXPONENT_WITH_SQUARE, Parts, exponent_of};
+use crate::basis::{DepthBasis, signed};
+use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::real_time::{RealTime, in_real_time};
-use crate::technique::{StorageFormat, Technique, check_exponent, unit};
+use crate::shaders;
+use crate::spec::TechniqueSpec;
 use moment_problem::arithmetic::Real;
 
-/// Exponential variance shadow map with two channels (positive warp) or four (both warps).
-#[derive(Clone, Copy, Debug)]
-pub struct ExponentialVariance {
+/// Warps and their squares: two values with the ascending warp e^(c s), four with both.
+#[derive(Clone, Copy)]
+struct Warps {
     positive: f64,
     negative: Option<f64>,
-    format: StorageFormat,
 }
 
-impl ExponentialVariance {
-    /// Exponents per unit of s; without a negative one there are two channels.
-    ///
-    /// # Errors
-    /// [`FilteringError::Parameter`] for exponents that are not positive or whose squares overflow the format (42 in
-    /// f32, 5.54 in f16).
-    pub fn new(positive: f64, negative: Option<f64>, format: StorageFormat) -> Result<Self, FilteringError> {
-        let limit = format.largest_exponent_with_square();
-        check_exponent("positive", positive, format, limit)?;
-        if let Some(negative) = negative {
-            check_exponent("negative", negative, format, limit)?;
-        }
-        Ok(Self { positive, negative, format })
+impl DepthBasis for Warps {
+    fn channels(&self) -> usize {
+        if self.negative.is_some() { 4 } else { 2 }
     }
 
-    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
-        let s = signed(unit(depth));
+    fn evaluate<R: Real>(&self, z: R, out: &mut [R]) {
+        let s = signed(z);
         let warped = (R::from_f64(self.positive) * s).exp();
         out[..2].copy_from_slice(&[warped, warped * warped]);
         if let Some(negative) = self.negative {
@@ -43,16 +35,27 @@ impl ExponentialVariance {
             out[2..].copy_from_slice(&[warped, warped * warped]);
         }
     }
+}
 
-    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
-        let s = signed(unit(z_f));
-        let first = relative_cantelli(filtered[0], filtered[1], (R::from_f64(self.positive) * s).exp());
+impl ShadowBound for Warps {
+    fn name(&self) -> String {
+        match self.negative {
+            None => format!("EVSM 2, c = {}", self.positive),
+            Some(negative) => format!("EVSM 4, c = {} and {negative}", self.positive),
+        }
+    }
+
+    fn shade<R: Real>(&self, b: &[R], z_f: R) -> R {
+        let s = signed(z_f);
+        let first = relative_cantelli(b[0], b[1], (R::from_f64(self.positive) * s).exp());
         match self.negative {
             None => first,
-            Some(negative) => {
-                first.max(relative_cantelli(filtered[2], filtered[3], -(R::from_f64(-negative) * s).exp()))
-            }
+            Some(negative) => first.max(relative_cantelli(b[2], b[3], -(R::from_f64(-negative) * s).exp())),
         }
+    }
+
+    fn shader(&self) -> Option<String> {
+        shaders::exponential_variance(self.positive, self.negative)
     }
 }
 
@@ -74,44 +77,10 @@ fn relative_cantelli<R: Real>(mean: R, second: R, z_f: R) -> R {
     (R::one() / (R::one() + variance / (distance * distance))).clamp_unit()
 }
 
-/// s = 2 z - 1.
-fn signed<R: Real>(z: R) -> R {
-    z + z - R::one()
-}
-
-in_real_time!(ExponentialVariance, |technique| {
-    shaders::exponential_variance(technique.positive, technique.negative)
-});
-
-impl Technique for ExponentialVariance {
-    fn name(&self) -> String {
-        match self.negative {
-            None => format!("EVSM 2, c = {}", self.positive),
-            Some(negative) => format!("EVSM 4, c = {} and {negative}", self.positive),
-        }
-    }
-
-    fn channels(&self) -> usize {
-        if self.negative.is_some() { 4 } else { 2 }
-    }
-
-    fn bits_per_texel(&self) -> usize {
-        self.channels() * self.format.bits()
-    }
-
-    fn encode(&self, depth: f64, out: &mut [f64]) {
-        self.encode_in(depth, out);
-    }
-
-    fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        Ok(self.shade_in(filtered, z_f))
-    }
-
-    fn real_time(&self) -> Option<&dyn RealTime> {
-        Some(self)
-    }
-
-    fn is_lower_bound(&self) -> bool {
-        true
-    }
+/// `exponent` is c, `negative_exponent` d, per unit of s; without d there are two channels.
+pub(crate) fn parts(spec: &TechniqueSpec) -> Result<Parts, FilteringError> {
+    let checked = |key, value| exponent_of(key, value, spec.format(), LARGEST_EXPONENT_WITH_SQUARE);
+    let positive = checked("exponent", spec.exponent)?;
+    let negative = spec.negative_exponent.map(|d| checked("negative_exponent", Some(d))).transpose()?;
+    Ok(Parts::new(Warps { positive, negative }, Warps { positive, negative }))
 }

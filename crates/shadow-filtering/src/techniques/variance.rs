@@ -1,8 +1,11 @@
 //! Variance shadow maps: b(z) = (z, z^2) and Cantelli's inequality (MSM15 section 2, after Donnelly and Lauritzen).
 
+use super::Parts;
+use crate::basis::Powers;
+use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::real_time::{RealTime, in_real_time};
-use crate::technique::{Technique, unit};
+use crate::shaders;
+use crate::spec::TechniqueSpec;
 use moment_problem::arithmetic::Real;
 use moment_problem::hamburger::chebyshev;
 
@@ -24,45 +27,24 @@ pub(crate) fn cantelli<R: Real>(mean: R, second: R, z_f: R) -> R {
     chebyshev(&[mean, second + R::from_f64(rounding::<R>()) * second.abs()], z_f).lower
 }
 
-/// Variance shadow map on \[0, 1\], sharp for depths on the whole line.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Variance;
+/// Sharp for depths on the whole line.
+struct Cantelli;
 
-impl Variance {
-    fn encode_in<R: Real>(&self, depth: R, out: &mut [R]) {
-        let z = unit(depth);
-        out.copy_from_slice(&[z, z * z]);
-    }
-
-    fn shade_in<R: Real>(&self, filtered: &[R], z_f: R) -> R {
-        cantelli(filtered[0], filtered[1], unit(z_f))
-    }
-}
-
-in_real_time!(Variance, |_| shaders::variance());
-
-impl Technique for Variance {
+impl ShadowBound for Cantelli {
     fn name(&self) -> String {
         "VSM".to_owned()
     }
 
-    fn channels(&self) -> usize {
-        2
+    fn shade<R: Real>(&self, b: &[R], z_f: R) -> R {
+        cantelli(b[0], b[1], z_f)
     }
 
-    fn encode(&self, depth: f64, out: &mut [f64]) {
-        self.encode_in(depth, out);
+    fn shader(&self) -> Option<String> {
+        shaders::variance()
     }
+}
 
-    fn shade(&self, filtered: &[f64], z_f: f64) -> Result<f64, FilteringError> {
-        Ok(self.shade_in(filtered, z_f))
-    }
-
-    fn real_time(&self) -> Option<&dyn RealTime> {
-        Some(self)
-    }
-
-    fn is_lower_bound(&self) -> bool {
-        true
-    }
+/// Without parameters.
+pub(crate) fn parts(_: &TechniqueSpec) -> Result<Parts, FilteringError> {
+    Ok(Parts::new(Powers { order: 2, signed: false }, Cantelli))
 }

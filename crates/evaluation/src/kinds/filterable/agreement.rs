@@ -4,23 +4,24 @@ use super::evaluate::{Plan, spread};
 use super::records::AgreementRecord;
 use super::view::View;
 use crate::error::EvaluationError;
+use moment_problem::Interval;
 use rayon::prelude::*;
-use shadow_filtering::techniques::{Certified, MomentBound, Moments};
-use shadow_filtering::{Technique, TechniqueSpec, encode, filter};
+use shadow_filtering::{TechniqueSpec, encode, filter};
 
 /// One row for each technique whose bound has a linear program on \[0, 1\]: Hausdorff 4 and trigonometric 4.
 pub(crate) fn compare(plan: &Plan<'_>, view: &View) -> Result<Vec<AgreementRecord>, EvaluationError> {
     let mut records = Vec::new();
     let wanted = plan.experiment.agreement_fragments;
     for settings in plan.experiment.technique.iter().filter(|_| wanted > 0) {
-        let (bound, options) = match settings.method {
-            Some(TechniqueSpec::Hausdorff4(options)) => (MomentBound::Hausdorff4, options),
-            Some(TechniqueSpec::Trigonometric4(options)) => (MomentBound::Trigonometric4, options),
-            _ => continue,
-        };
+        let Some(method) = &settings.method else { continue };
         let fail = |error| settings.failure(error);
-        let closed = Moments::new(bound, options).map_err(fail)?;
-        let program = Certified::new(bound.basis_name()).map_err(fail)?;
+        let Some(biased) = method.biased_moments().map_err(fail)? else { continue };
+        if biased.bound().interval() == Interval::Real {
+            continue;
+        }
+        let closed = method.build().map_err(fail)?;
+        let basis = Some(biased.bound().basis_name().to_owned());
+        let program = TechniqueSpec { basis, ..TechniqueSpec::default() }.build().map_err(fail)?;
         let filtered = filter(&encode::<f64>(&view.map, &closed).map_err(fail)?, &plan.kernel);
         let distances: Vec<Result<f64, String>> = spread(view.samples.len(), wanted)
             .into_par_iter()
@@ -28,8 +29,8 @@ pub(crate) fn compare(plan: &Plan<'_>, view: &View) -> Result<Vec<AgreementRecor
                 let receiver = view.samples[index].receiver;
                 let z = plan.compared(view, &receiver, 0);
                 let moments = filtered.texel(receiver.x, receiver.y);
-                let solved = program.shade(&closed.biased(moments), z).map_err(|e| e.to_string())?;
-                Ok((closed.bounds(moments, z).lower - solved).abs())
+                let solved = program.shade(&biased.biased(moments), z).map_err(|e| e.to_string())?;
+                Ok((closed.bounds(moments, z).map_err(|e| e.to_string())?.lower - solved).abs())
             })
             .collect();
         let failures: Vec<&String> = distances.iter().filter_map(|result| result.as_ref().err()).collect();

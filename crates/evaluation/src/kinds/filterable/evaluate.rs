@@ -18,20 +18,20 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A technique prepared for any view.
 pub(crate) enum Method {
-    Prefiltered(Box<dyn Technique>),
+    Prefiltered(Box<Technique>),
     Comparison(Kernel),
 }
 
 /// A technique prepared for one view.
 pub(crate) enum Shader<'a> {
-    Prefiltered(&'a dyn Technique, ChannelMap<f64>),
+    Prefiltered(&'a Technique, ChannelMap<f64>),
     Comparison(&'a Kernel, &'a View),
 }
 
 impl Method {
     pub(crate) fn new(settings: &FilterableTechnique) -> Result<Self, EvaluationError> {
         let method = match (&settings.method, &settings.comparison) {
-            (Some(method), _) => method.build().map(Self::Prefiltered),
+            (Some(method), _) => method.build().map(|technique| Self::Prefiltered(Box::new(technique))),
             (None, Some(kernel)) => kernel.build().map(Self::Comparison),
             (None, None) => {
                 let reason = format!("technique `{}` needs either `method` or `comparison`", settings.name);
@@ -48,8 +48,8 @@ impl Method {
     ) -> Result<Shader<'a>, FilteringError> {
         Ok(match self {
             Self::Prefiltered(technique) => {
-                let filtered = filter(&encode(&view.map, technique.as_ref())?, kernel);
-                Shader::Prefiltered(technique.as_ref(), filtered)
+                let filtered = filter(&encode(&view.map, technique)?, kernel);
+                Shader::Prefiltered(technique, filtered)
             }
             Self::Comparison(own) => Shader::Comparison(own, view),
         })

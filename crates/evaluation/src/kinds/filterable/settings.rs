@@ -244,7 +244,9 @@ impl FilterableExperiment {
         };
         match (&technique.method, &technique.comparison) {
             (Some(method), None) => {
-                method.build().map(|_| ()).map_err(in_key(&format!("{place}.method"))).map_err(named)
+                // The format counts bits; nothing is rounded to it.
+                let checked = method.check_storage(&["alpha", "format"]).and_then(|()| method.draft());
+                checked.map(|_| ()).map_err(in_key(&format!("{place}.method"))).map_err(named)
             }
             (None, Some(kernel)) => self.fits(kernel, &format!("{place}.comparison")).map_err(named),
             _ => Err(EvaluationError::Key {
@@ -294,7 +296,7 @@ impl FilterableTechnique {
 
     /// Whether a linear program is solved for each fragment.
     pub fn is_certified(&self) -> bool {
-        matches!(self.method, Some(TechniqueSpec::Certified { .. }))
+        self.method.as_ref().is_some_and(TechniqueSpec::is_certified)
     }
 }
 

@@ -12,7 +12,7 @@ use moment_problem::Basis;
 use quantization::bias::{Target, fastest, smallest_alpha};
 use quantization::{DepthInterval, MomentMatrix};
 use rayon::prelude::*;
-use shadow_filtering::{Kernel, MomentOptions, Receiver, Technique, techniques::Moments};
+use shadow_filtering::{FilteringError, Kernel, Position, Receiver, ShadowBound, TechniqueSpec};
 
 /// Steps of the search between two biases of the scale: narrows them to a thousandth of their distance.
 const GOLDEN_STEPS: usize = 14;
@@ -95,19 +95,20 @@ impl<'a> Fragments<'a> {
 
 /// Stores, filters and restores the moments of all fragments: texels and moments, a row each.
 fn restored(variant: &Variant, views: &[StoredView]) -> Result<(Vec<f64>, Vec<f64>), EvaluationError> {
-    let fail = |error: shadow_filtering::FilteringError| EvaluationError::Value(error.to_string());
-    let m = variant.storage.bound().order();
+    let fail = |error: FilteringError| EvaluationError::Value(error.to_string());
+    let technique = &variant.technique;
+    let m = technique.channels();
     let (mut texels, mut moments) = (Vec::new(), Vec::new());
     for view in views {
-        let stored = variant.storage.store(&view.map).map_err(fail)?;
+        let field = technique.kernel_field(&view.map, &variant.kernel).map_err(fail)?;
         let first = texels.len();
         texels.resize(first + view.receivers.len() * m, 0.0);
         moments.resize(texels.len(), 0.0);
         let rows = texels[first..].par_chunks_mut(m).zip(moments[first..].par_chunks_mut(m));
         rows.zip(&view.receivers)
             .try_for_each(|((texel, b), receiver)| {
-                variant.storage.filtered(&stored, &variant.kernel, (receiver.x, receiver.y), texel)?;
-                variant.storage.moments(texel, b);
+                field.mean(Position::of_texel(receiver.x, receiver.y), texel)?;
+                technique.restore(texel, b);
                 Ok(())
             })
             .map_err(fail)?;
@@ -119,11 +120,12 @@ fn restored(variant: &Variant, views: &[StoredView]) -> Result<(Vec<f64>, Vec<f6
 fn workload(variant: &Variant, views: &[StoredView], wanted: usize) -> Vec<Vec<f64>> {
     let all: Vec<_> =
         views.iter().flat_map(|view| view.receivers.iter().map(move |receiver| (view, receiver))).collect();
-    let basis = variant.storage.bound().basis();
+    let basis = variant.bound().basis();
+    let interval = variant.range.interval();
     let chosen = spread(all.len(), wanted);
     let of = |(view, receiver): &(&StoredView, &Receiver)| {
         let z = variant.kernel.distribution(&view.map, receiver.x, receiver.y);
-        let depths: Vec<f64> = z.depths().iter().map(|&z| variant.storage.variable(z)).collect();
+        let depths: Vec<f64> = z.depths().iter().map(|&z| interval.at(2.0 * z - 1.0)).collect();
         let weights: Vec<f64> = z.weights().iter().map(|w| w.to_f64()).collect();
         Target::new(&basis, &depths, &weights).moments
     };
@@ -154,8 +156,8 @@ pub(crate) fn evaluate(
     exact: &[f32],
 ) -> Result<Evaluated, EvaluationError> {
     let (texels, moments) = restored(variant, fragments.views)?;
-    let basis = variant.storage.bound().basis();
-    let interval = variant.storage.interval();
+    let basis = variant.bound().basis();
+    let interval = variant.range.interval();
     let fail = |error: quantization::QuantizationError| EvaluationError::Value(error.to_string());
     let matrix = MomentMatrix::new(&basis).map_err(fail)?;
     let mut evaluated = Evaluated { records: Vec::new(), biases: Vec::new(), texels, best: None };
@@ -211,7 +213,7 @@ pub(crate) fn evaluate(
             format: variant.format.clone(),
             kernel: variant.kernel_name.clone(),
             target: target.name().to_owned(),
-            range: variant.range_name(),
+            range: variant.range.name().to_owned(),
             moments: numbers(&b_star.moments).join(" "),
             distribution: pairs.map(|(z, w)| format!("{z}:{}", rounded(*w))).collect::<Vec<_>>().join(" "),
             invalid_unbiased: rounded(failing(0.0)),
@@ -252,10 +254,10 @@ pub(crate) fn exact(
     variant: &Variant,
     fragments: &Fragments<'_>,
 ) -> Result<(Vec<f32>, QuantizationRecord), EvaluationError> {
-    let fail = |error: shadow_filtering::FilteringError| EvaluationError::Value(error.to_string());
-    let bound = variant.storage.bound();
+    let fail = |error: FilteringError| EvaluationError::Value(error.to_string());
+    let bound = variant.bound();
     let m = bound.order();
-    let technique = Moments::new(bound, MomentOptions::default()).map_err(fail)?;
+    let technique = TechniqueSpec::from(bound).build().map_err(fail)?;
     let mut intensities = Vec::with_capacity(fragments.depths.len());
     for view in fragments.views {
         let rows = view.receivers.par_iter().zip(&view.depths);
@@ -265,7 +267,7 @@ pub(crate) fn exact(
                 let mut values = [0.0; MAX_MOMENTS];
                 for (i, j, weight) in variant.kernel.taps() {
                     let z = view.map.at(receiver.x as isize + i, receiver.y as isize + j);
-                    technique.encode(f64::from(z), &mut values[..m]);
+                    technique.evaluate(f64::from(z), &mut values[..m]);
                     sums.iter_mut().zip(&values).for_each(|(sum, value)| *sum += weight * value);
                 }
                 technique.shade(&sums[..m], depth).map(|g| g as f32)
@@ -290,10 +292,10 @@ fn filled(variant: &Variant, means: &Means, fragments: usize) -> QuantizationRec
     QuantizationRecord {
         bound: variant.bound_name().to_owned(),
         transform: variant.transform.clone(),
-        range: variant.range_name(),
+        range: variant.range.name().to_owned(),
         format: variant.format.clone(),
         kernel: variant.kernel_name.clone(),
-        bits_per_texel: variant.storage.bits_per_texel(),
+        bits_per_texel: variant.technique.bits_per_texel(),
         target: String::new(),
         role: String::new(),
         alpha: 0.0,
@@ -316,16 +318,9 @@ fn intensities(
     alpha: f64,
     fragments: &Fragments<'_>,
 ) -> Vec<f32> {
-    let m = variant.storage.bound().order();
-    let rows = moments.par_chunks(m).zip(&fragments.depths);
-    rows.map(|(b, &depth)| {
-        let mut biased = [0.0; MAX_MOMENTS];
-        for ((value, b), t) in biased.iter_mut().zip(b).zip(b_star) {
-            *value = (1.0 - alpha) * b + alpha * t;
-        }
-        variant.storage.bounds(&biased[..m], depth).lower as f32
-    })
-    .collect()
+    let bound = variant.biased.with_bias(alpha, b_star);
+    let rows = moments.par_chunks(variant.bound().order()).zip(&fragments.depths);
+    rows.map(|(b, &depth)| bound.bounds(b, depth).lower as f32).collect()
 }
 
 /// An alpha to four digits: more would only make the tables longer.

@@ -1,10 +1,11 @@
 //! The table of gains: transforms optimised here, and the published ones.
 
 use super::records::{GainRecord, GainSample};
-use super::settings::{GainSetting, RangeName, StructureName};
+use super::settings::{GainSetting, StructureName};
 use moment_problem::Basis;
 use quantization::published::{self, Published};
 use quantization::{AffineTransform, Optimum, QuantizationError, Search, optimise};
+use shadow_filtering::Range;
 use std::time::Instant;
 
 fn spaced(values: &[f64]) -> String {
@@ -40,7 +41,7 @@ pub(crate) fn optimised(setting: &GainSetting, seed: u64) -> (GainRecord, GainSa
         basis: name,
         m: 0,
         transform: structure,
-        range: RangeName::of(setting.range.interval()),
+        range: setting.range.name().to_owned(),
         gain_bits: None,
         bound_bits: None,
         range_min: None,
@@ -77,7 +78,7 @@ pub(crate) fn published(published: &Published) -> Result<GainRecord, Quantizatio
         basis: Basis::power(published.order).to_string(),
         m: published.order,
         transform: published.name.to_owned(),
-        range: RangeName::of(published.interval()),
+        range: Range::of_published(published).name().to_owned(),
         gain_bits: Some(published.gain_bits()?),
         bound_bits: None,
         range_min: Some(range_min),

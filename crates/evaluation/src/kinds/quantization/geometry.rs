@@ -56,7 +56,7 @@ fn volume(points: &[[f64; 3]]) -> f64 {
 
 /// Histograms of the channels of filtered texels; values in \[0, 1\].
 pub(crate) fn codes(variant: &Variant, texels: &[f64], bins: usize) -> Vec<CodeRecord> {
-    let channels = variant.storage.bound().order();
+    let channels = variant.bound().order();
     let mut records = Vec::new();
     for channel in 0..channels {
         let mut counts = vec![0usize; bins];

@@ -14,7 +14,4 @@ pub use records::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
     QuantizationViewRecord,
 };
-pub use settings::{
-    Alphas, BiasTarget, GainSetting, QuantizationExperiment, RangeName, StoreSetting, StructureName,
-};
-pub(crate) use variant::published;
+pub use settings::{Alphas, BiasTarget, GainSetting, QuantizationExperiment, StoreSetting, StructureName};

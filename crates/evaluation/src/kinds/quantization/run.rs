@@ -119,7 +119,7 @@ impl Tables {
     ) -> Vec<ComparisonRecord> {
         let mut records = Vec::new();
         for (variant, best) in variants.iter().zip(&self.best) {
-            let Some(baseline) = &experiment.store[variant.store].baseline else { continue };
+            let Some(baseline) = &experiment.technique[variant.store].baseline else { continue };
             let other = variants.iter().zip(&self.best).find(|(other, _)| {
                 (other.store, &other.format) == (variant.store, &variant.format)
                     && other.transform == *baseline

@@ -6,10 +6,9 @@ use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::settings::{BiasSetting, in_key};
 use crate::run::Recorded;
 use moment_problem::Basis;
-use quantization::{DepthInterval, Structure};
+use quantization::Structure;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::techniques::MomentBound;
-use shadow_filtering::{KernelSpec, Reference};
+use shadow_filtering::{KernelSpec, Range, Reference, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -49,7 +48,7 @@ pub struct QuantizationExperiment {
     pub gain: Vec<GainSetting>,
     /// Ways to store moments.
     #[serde(default)]
-    pub store: Vec<StoreSetting>,
+    pub technique: Vec<StoreSetting>,
 }
 
 /// Moment biases, the same number in every power of ten.
@@ -75,7 +74,7 @@ pub struct GainSetting {
     pub structure: StructureName,
     /// Depths.
     #[serde(default)]
-    pub range: RangeName,
+    pub range: Range,
     /// Random starts; without it as many as the order needs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub starts: Option<usize>,
@@ -90,17 +89,6 @@ pub enum StructureName {
     Dense,
     /// Rows even or odd about the middle.
     Parity,
-}
-
-/// Depths that a basis is evaluated at.
-#[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum RangeName {
-    /// From 0 to 1.
-    #[default]
-    Unit,
-    /// From -1 to 1.
-    Signed,
 }
 
 /// Where b* comes from.
@@ -119,15 +107,8 @@ pub enum BiasTarget {
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct StoreSetting {
-    /// What is computed from the stored moments.
-    pub bound: MomentBound,
-    /// Depths for `identity`, `plain` and `optimal`; published transforms have their own.
-    #[serde(default)]
-    pub range: RangeName,
-    /// `identity`, `plain` (each function stretched to \[0, 1\] by itself), `optimal`, or the name of a published one.
-    pub transforms: Vec<String>,
-    /// `unorm10`, `unorm16`, `f16`, `f32`, `u32/N`.
-    pub formats: Vec<String>,
+    /// Bound, transforms and formats.
+    pub method: TechniqueSpec,
     /// Biases that are compared.
     pub targets: Vec<BiasTarget>,
     /// Another filter than the experiment's, for F as well; not larger.
@@ -158,7 +139,7 @@ impl Settings for QuantizationExperiment {
             ("workload", self.workload, 1),
             ("hull_points", self.hull_points, 2),
             ("code_bins", self.code_bins, 2),
-            ("scenes", self.scenes.len(), usize::from(!self.store.is_empty())),
+            ("scenes", self.scenes.len(), usize::from(!self.technique.is_empty())),
         ] {
             if value < least {
                 return fail(key, format!("{key}: {value} is less than {least}"));
@@ -182,11 +163,11 @@ impl Settings for QuantizationExperiment {
                 return fail(&key, format!("{key} = 0 finds nothing"));
             }
         }
-        for (i, store) in self.store.iter().enumerate() {
-            let place = format!("store[{i}]");
+        for (i, store) in self.technique.iter().enumerate() {
+            let place = format!("technique[{i}]");
             for (key, empty) in [
-                ("transforms", store.transforms.is_empty()),
-                ("formats", store.formats.is_empty()),
+                ("method.transforms", store.method.transforms.is_empty()),
+                ("method.formats", store.method.formats.is_empty()),
                 ("targets", store.targets.is_empty()),
             ] {
                 if empty {
@@ -194,7 +175,9 @@ impl Settings for QuantizationExperiment {
                     return fail(&key, format!("{key} is empty"));
                 }
             }
-            if let Some(baseline) = store.baseline.as_ref().filter(|name| !store.transforms.contains(name)) {
+            if let Some(baseline) =
+                store.baseline.as_ref().filter(|name| !store.method.transforms.contains(name))
+            {
                 let key = format!("{place}.baseline");
                 return fail(&key, format!("{key} = \"{baseline}\" is none of the transforms"));
             }
@@ -261,25 +244,6 @@ impl From<StructureName> for Structure {
         match name {
             StructureName::Dense => Self::Dense,
             StructureName::Parity => Self::Parity,
-        }
-    }
-}
-
-impl RangeName {
-    /// The depths.
-    pub fn interval(self) -> DepthInterval {
-        match self {
-            Self::Unit => DepthInterval::UNIT,
-            Self::Signed => DepthInterval::SIGNED,
-        }
-    }
-
-    /// Name in records.
-    pub fn of(interval: DepthInterval) -> String {
-        match interval {
-            DepthInterval::UNIT => "unit".to_owned(),
-            DepthInterval::SIGNED => "signed".to_owned(),
-            other => format!("{},{}", other.start(), other.end()),
         }
     }
 }

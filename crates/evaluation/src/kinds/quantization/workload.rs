@@ -26,7 +26,7 @@ impl StoredView {
         let kernel =
             experiment.kernel.build().map_err(|error| EvaluationError::Value(format!("kernel: {error}")))?;
         let mut views = Vec::new();
-        if experiment.store.is_empty() {
+        if experiment.technique.is_empty() {
             return Ok(views);
         }
         for scene in &LoadedScene::load_all(&experiment.scenes, &experiment.views)? {

@@ -194,7 +194,7 @@ struct Known {
 struct Builder<'a> {
     experiment: &'a SearchExperiment,
     kernel: Kernel,
-    techniques: Vec<Box<dyn Technique>>,
+    techniques: Vec<Technique>,
     known: Vec<Known>,
     blocks: Vec<Block>,
     views: Vec<WorkloadView>,
@@ -284,7 +284,7 @@ impl Builder<'_> {
                 let mut filtered = vec![0.0; technique.channels()];
                 let mut values = vec![0.0; technique.channels()];
                 for (depth, weight) in taps {
-                    technique.encode(depth, &mut values);
+                    technique.evaluate(depth, &mut values);
                     filtered.iter_mut().zip(&values).for_each(|(sum, value)| *sum += weight * value);
                 }
                 technique.shade(&filtered, z).map_err(|error| error.to_string())

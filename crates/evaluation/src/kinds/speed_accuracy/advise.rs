@@ -214,11 +214,11 @@ fn choice(plan: &Plan<'_>, race: &Race<'_>, arm: usize) -> Choice {
     let Variant { alpha, bias, blend, .. } = race.arms[arm].variants[variant];
     let of = &plan.candidates[candidate];
     let size = plan.experiment.size / plan.experiment.divisors[divisor];
-    let bits_per_texel = of.stored.bits_per_texel();
+    let bits_per_texel = of.technique().bits_per_texel();
     Choice {
         technique: of.name.clone(),
         format: of.format.clone(),
-        transform: plan.experiment.candidate[candidate].transform.clone(),
+        transform: plan.experiment.technique[candidate].method.transform().to_owned(),
         alpha,
         bias_texels: bias.texels,
         bias_slopes: bias.slopes,

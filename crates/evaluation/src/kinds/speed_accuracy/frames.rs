@@ -147,7 +147,7 @@ impl Plan<'_> {
 
     fn frame_shaders(&self, kernel: &Kernel) -> Vec<(String, String, FrameShaders)> {
         let candidates = self.candidates.iter().filter_map(|candidate| {
-            let passes = candidate.stored.passes(kernel, 4)?;
+            let passes = candidate.technique().passes(kernel, 4)?;
             Some((candidate.name.clone(), candidate.format.clone(), passes))
         });
         let limit = self.experiment.plane_limit;
@@ -218,6 +218,6 @@ mod tests {
         }
         assert!(stopped.starts_with("stopped: ") && stopped.contains("lost"), "{stopped}");
         assert_eq!(frames.get(), 3);
-        assert!(samples.iter().all(|sample| sample.technique == experiment.candidate[0].name));
+        assert!(samples.iter().all(|sample| sample.technique == experiment.technique[0].name));
     }
 }

@@ -4,9 +4,9 @@
 use super::records::OrderRecord;
 use super::scenery::{Plan, SceneView};
 use crate::kinds::filterable::records::rounded;
+use moment_problem::MomentBound;
 use nalgebra::{Matrix5, SymmetricEigen};
 use rayon::prelude::*;
-use shadow_filtering::techniques::MomentBound;
 use shadow_filtering::{DepthMap, Kernel};
 
 /// Orders whose bounds are compared, ascending.

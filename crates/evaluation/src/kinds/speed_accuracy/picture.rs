@@ -8,7 +8,7 @@ use crate::kinds::filterable::view::{LoadedScene, Source};
 use crate::run_directory::RecordedFile;
 use image::{DynamicImage, ImageFormat, RgbaImage, imageops};
 use rayon::prelude::*;
-use shadow_filtering::{DepthBias, FilteringError, Position, Receiver, Reference, StoredTechnique};
+use shadow_filtering::{DepthBias, FilteringError, Position, Receiver, Reference};
 use shadow_renderer::{Frame, LightFrame, NO_TRIANGLE};
 use std::io::Cursor;
 
@@ -59,15 +59,15 @@ impl Plan<'_> {
                 .iter()
                 .find(|candidate| format!("{}, {}", candidate.name, candidate.format) == *name)
                 .ok_or_else(|| fail(format!("technique `{name}` is not a candidate")))?;
-            let stored: &StoredTechnique = &candidate.stored;
-            let filtered = stored
+            let technique = candidate.technique();
+            let filtered = technique
                 .filtered(&lit.map, &self.kernel)
                 .map_err(|error: FilteringError| fail(error.to_string()))?;
             let channels = candidate.channels();
             let visibility = surfaces.visibility(|receiver, at| {
-                let (mut sample, mut moments) = (vec![0.0; channels], vec![0.0; channels]);
-                stored.sample(&filtered, at, &mut sample);
-                stored.decode(&sample, &mut moments);
+                let mut moments = vec![0.0f32; channels];
+                // A filtered map has an answer everywhere.
+                let _ = technique.moments(&filtered, at, &mut moments);
                 let bias: DepthBias = picture.bias;
                 let z = receiver.depth - bias.depth(receiver, lit.texel_depth, experiment.plane_limit);
                 candidate.bounds(&moments, 0, z as f32)[0]

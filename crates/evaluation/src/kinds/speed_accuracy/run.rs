@@ -37,7 +37,7 @@ impl Plan<'_> {
         FrameCost::prefiltered(
             experiment.frame,
             experiment.size / experiment.divisors[divisor],
-            (candidate.stored.bits_per_texel(), candidate.channels()),
+            (candidate.technique().bits_per_texel(), candidate.channels()),
             self.kernels[divisor].size(),
             candidate.operations,
         )
@@ -46,7 +46,7 @@ impl Plan<'_> {
     /// The unit of costs: the first candidate at the reference's size.
     pub(crate) fn unit_cost(&self) -> f64 {
         let (experiment, candidate) = (self.experiment, &self.candidates[0]);
-        let storage = (candidate.stored.bits_per_texel(), candidate.channels());
+        let storage = (candidate.technique().bits_per_texel(), candidate.channels());
         let kernel = self.kernel.size();
         FrameCost::prefiltered(experiment.frame, experiment.size, storage, kernel, candidate.operations)
             .total()
@@ -106,7 +106,7 @@ impl SpeedAccuracyExperiment {
                     format: of.format.clone(),
                     size: self.size / self.divisors[divisor],
                     variants,
-                    bits_per_texel: of.stored.bits_per_texel(),
+                    bits_per_texel: of.technique().bits_per_texel(),
                     operations: of.operations,
                     cost: plan.cost(candidate, divisor),
                     sums,

@@ -5,7 +5,9 @@ use super::settings::{Blend, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
 use crate::kinds::filterable::view::{LoadedScene, chosen};
 use rayon::prelude::*;
-use shadow_filtering::{DepthBias, DepthMap, FilteringError, Kernel, Position, Receiver};
+use shadow_filtering::{
+    DepthBias, DepthMap, FilteringError, Kernel, KernelField, Position, Receiver, StoredField,
+};
 
 /// Filtering for one fragment alone costs as much as filtering this many times the kernel's size of texels of the whole
 /// map: with four channels in 16 bits and a 9x9 kernel 5.4 us a fragment and 125 ns a texel were measured, one core.
@@ -38,14 +40,14 @@ pub(crate) struct SceneView {
 impl<'a> Plan<'a> {
     pub(crate) fn new(experiment: &'a SpeedAccuracyExperiment) -> Result<Self, EvaluationError> {
         let value = |error: FilteringError| EvaluationError::Value(format!("kernel: {error}"));
-        let candidates = experiment.candidate.iter().enumerate();
+        let candidates = experiment.technique.iter().enumerate();
         let divided = experiment.divisors.iter().map(|&divisor| {
             SpeedAccuracyExperiment::divided(experiment.kernel, divisor).build().map_err(value)
         });
         Ok(Self {
             experiment,
             candidates: candidates
-                .map(|(i, setting)| Candidate::new(setting, experiment.seed, &format!("candidate[{i}]")))
+                .map(|(i, setting)| Candidate::new(setting, experiment.seed, &format!("technique[{i}]")))
                 .collect::<Result<_, _>>()?,
             kernels: divided.collect::<Result<_, _>>()?,
             kernel: experiment.kernel.build().map_err(value)?,
@@ -122,30 +124,28 @@ impl<'a> Plan<'a> {
         let mut sums = vec![Sums::default(); variants.len()];
         let Some(map) = &view.maps[divisor] else { return Ok(sums) };
         let kernel = &self.kernels[divisor];
-        let technique = &self.candidates[candidate];
-        let whole = if fragments.len() * kernel.size() * WHOLE_MAP >= map.depths().len() {
-            let fail = |error: FilteringError| {
-                EvaluationError::Value(format!("candidate `{}`: {error}", technique.name))
+        let candidate = &self.candidates[candidate];
+        let technique = candidate.technique();
+        let field: Box<dyn StoredField<f32, Region = Position>> =
+            if fragments.len() * kernel.size() * WHOLE_MAP >= map.depths().len() {
+                let fail = |error: FilteringError| {
+                    EvaluationError::Value(format!("technique `{}`: {error}", candidate.name))
+                };
+                Box::new(technique.filtered(map, kernel).map_err(fail)?)
+            } else {
+                Box::new(KernelField::new(technique, map, kernel))
             };
-            Some(technique.stored.filtered(map, kernel).map_err(fail)?)
-        } else {
-            None
-        };
         let scale = f64::from(self.experiment.divisors[divisor]);
         let limit = self.experiment.plane_limit;
         let of_chunk = |(fragments, truth): (&[u32], &[f32])| {
             let mut sums = vec![Sums::default(); variants.len()];
-            let (mut sample, mut moments) =
-                (vec![0.0; technique.channels()], vec![0.0; technique.channels()]);
+            let mut moments = vec![0.0; technique.channels()];
             for (&fragment, &truth) in fragments.iter().zip(truth) {
                 let receiver = &view.receivers[fragment as usize];
                 let centre = |texel: usize| (texel as f64 + 0.5) / scale;
                 let at = Position { x: centre(receiver.x), y: centre(receiver.y) };
-                match &whole {
-                    Some(filtered) => technique.stored.sample(filtered, at, &mut sample),
-                    None => technique.stored.sample_unfiltered(map, kernel, at, &mut sample),
-                }
-                technique.stored.decode(&sample, &mut moments);
+                // Kernels around points have an answer everywhere.
+                let _ = technique.moments(field.as_ref(), at, &mut moments);
                 let own = Receiver { gradient: receiver.gradient.map(|slope| slope * scale), ..*receiver };
                 let mut last: Option<(&Variant, [f32; 2])> = None;
                 for (sums, variant) in sums.iter_mut().zip(variants) {
@@ -154,7 +154,7 @@ impl<'a> Plan<'a> {
                         Some((before, pair)) if before.shares_bounds(variant) => pair,
                         _ => {
                             let bias = variant.bias.depth(&own, view.texel_depth * scale, limit);
-                            technique.bounds(&moments, variant.index, (receiver.depth - bias) as f32)
+                            candidate.bounds(&moments, variant.index, (receiver.depth - bias) as f32)
                         }
                     };
                     last = Some((variant, pair));

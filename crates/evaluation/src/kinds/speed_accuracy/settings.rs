@@ -57,7 +57,7 @@ pub struct SpeedAccuracyExperiment {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub every_view: Option<EveryViewSetting>,
     /// Techniques with their storage.
-    pub candidate: Vec<CandidateSetting>,
+    pub technique: Vec<CandidateSetting>,
     /// Percentage-closer filtering without a receiver plane, for comparison.
     #[serde(default)]
     pub comparison: Vec<ComparisonSetting>,
@@ -195,20 +195,15 @@ pub struct CandidateSetting {
     /// Part in what papers claim, unique among its like.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<String>,
-    /// The technique; its moment bias is given by `alphas`, its storage by `format`.
+    /// The technique with its storage; `alphas` are moment biases to try.
     pub method: TechniqueSpec,
-    /// Number format: `unorm10`, `unorm16`, `f16` or `f32`.
-    pub format: String,
-    /// `identity`, `plain` (each value stretched to \[0, 1\]), `optimal`, or the name of a published transform.
-    #[serde(default = "identity")]
-    pub transform: String,
-    /// Moment biases to try.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub alphas: Vec<f64>,
 }
 
-fn identity() -> String {
-    "identity".to_owned()
+impl CandidateSetting {
+    /// Name of the number format.
+    pub fn format(&self) -> String {
+        self.method.format().name()
+    }
 }
 
 /// Percentage-closer filtering with a kernel of its own.
@@ -244,7 +239,7 @@ impl Settings for SpeedAccuracyExperiment {
             ("divisors", self.divisors.is_empty()),
             ("biases", self.biases.is_empty()),
             ("blends", self.blends.is_empty()),
-            ("candidate", self.candidate.is_empty()),
+            ("technique", self.technique.is_empty()),
             ("orders.gap_tolerances", self.orders.gap_tolerances.is_empty()),
         ] {
             if is_empty {
@@ -289,15 +284,15 @@ impl Settings for SpeedAccuracyExperiment {
                 return fail("orders", format!("orders: tolerance {tolerance} is not between 0 and 1"));
             }
         }
-        check_roles(&self.candidate, "candidate")?;
-        for (i, setting) in self.candidate.iter().enumerate() {
+        check_roles(&self.technique, "technique")?;
+        for (i, setting) in self.technique.iter().enumerate() {
             let twin =
-                |other: &CandidateSetting| other.name == setting.name && other.format == setting.format;
-            if self.candidate[..i].iter().any(twin) {
-                let reason = format!("candidate `{}` in {} appears twice", setting.name, setting.format);
-                return fail(&format!("candidate[{i}]"), reason);
+                |other: &CandidateSetting| other.name == setting.name && other.format() == setting.format();
+            if self.technique[..i].iter().any(twin) {
+                let reason = format!("technique `{}` in {} appears twice", setting.name, setting.format());
+                return fail(&format!("technique[{i}]"), reason);
             }
-            Candidate::new(setting, self.seed, &format!("candidate[{i}]"))?;
+            Candidate::new(setting, self.seed, &format!("technique[{i}]"))?;
         }
         if let Err(reason) = self.check_frames() {
             return fail("frames", format!("frames: {reason}"));
@@ -376,8 +371,8 @@ impl SpeedAccuracyExperiment {
         }
         for name in &picture.techniques {
             let known =
-                |candidate: &CandidateSetting| format!("{}, {}", candidate.name, candidate.format) == *name;
-            if !self.candidate.iter().any(known) {
+                |candidate: &CandidateSetting| format!("{}, {}", candidate.name, candidate.format()) == *name;
+            if !self.technique.iter().any(known) {
                 return fail(format!("technique `{name}` is not a candidate (`NAME, FORMAT`)"));
             }
         }

@@ -49,7 +49,7 @@ pub(crate) fn time(
                 };
                 let texels = view.map.depths().len();
                 let begin = Instant::now();
-                let filtered = candidate.stored.filtered(&view.map, &plan.kernel).map_err(filtering)?;
+                let filtered = candidate.technique().filtered(&view.map, &plan.kernel).map_err(filtering)?;
                 push("f32", "filter", texels, begin);
                 let mut inputs = Inputs { single: Vec::new(), double: Vec::new(), depths: Vec::new() };
                 for &fragment in fragments {
@@ -80,7 +80,7 @@ fn double(
     kernel: &Kernel,
     fragments: &[u32],
 ) -> Result<Vec<f64>, FilteringError> {
-    let filtered = filter(&encode::<f64>(&view.map, candidate.stored.technique())?, kernel);
+    let filtered = filter(&encode::<f64>(&view.map, candidate.technique())?, kernel);
     let mut values = Vec::new();
     for &fragment in fragments {
         let receiver = &view.receivers[fragment as usize];
@@ -91,15 +91,15 @@ fn double(
 
 fn shade_single(candidate: &Candidate, inputs: &Inputs) {
     let channels = candidate.channels();
-    let mut moments = vec![0.0; channels];
+    let mut moments = vec![0.0f32; channels];
     for (sample, &depth) in inputs.single.chunks_exact(channels).zip(&inputs.depths) {
-        candidate.stored.decode(sample, &mut moments);
+        candidate.technique().restore(sample, &mut moments);
         black_box(candidate.bounds(&moments, 0, depth));
     }
 }
 
 fn shade_double(candidate: &Candidate, inputs: &Inputs) {
-    let technique = &candidate.biased[0].1;
+    let technique = candidate.technique();
     for (b, &depth) in inputs.double.chunks_exact(candidate.channels()).zip(&inputs.depths) {
         // Closed forms always have an answer.
         let _ = black_box(technique.shade(b, f64::from(depth)));

@@ -4,8 +4,8 @@ use super::exact;
 use super::family::{Input, Moments};
 use super::method::{Answer, Prepared, Start};
 use super::tally::{BOUND_TOLERANCE, LogHistogram, Tally};
+use moment_problem::MomentBound;
 use moment_problem::arithmetic::DoubleDouble;
-use shadow_filtering::techniques::MomentBound;
 
 /// Orders whose moment matrices are looked at.
 pub(crate) const PIVOT_ORDERS: [usize; 3] = [4, 6, 8];

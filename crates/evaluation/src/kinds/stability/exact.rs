@@ -8,8 +8,8 @@
 //! expectations over the depths; trigonometric bounds are the closed form, where 32 digits of the moments suffice.
 
 use super::family::{Input, Moments};
+use moment_problem::MomentBound;
 use moment_problem::arithmetic::{DoubleDouble, Real};
-use shadow_filtering::techniques::MomentBound;
 
 type Wide = DoubleDouble;
 

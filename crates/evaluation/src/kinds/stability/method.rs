@@ -3,12 +3,12 @@
 use super::family::{Input, Moments};
 use super::settings::{Arithmetic, Route, StabilityMethod};
 use crate::error::EvaluationError;
-use crate::kinds::quantization::published;
-use moment_problem::Interval;
+use crate::kinds::filterable::settings::in_key;
+use moment_problem::MomentBound;
 use moment_problem::arithmetic::{DoubleDouble, FloatFloat, Real};
 use moment_problem::hamburger::Pair;
-use quantization::{AffineTransform, DepthInterval, Encoding, NumberFormat};
-use shadow_filtering::techniques::MomentBound;
+use quantization::{Encoding, NumberFormat};
+use shadow_filtering::Range;
 
 /// Most moments.
 pub(crate) const MAX_MOMENTS: usize = 8;
@@ -47,60 +47,37 @@ pub(crate) struct Answer {
 }
 
 impl Prepared {
-    /// Resolves a method; `index` is its place in the experiment.
-    pub(crate) fn new(method: &StabilityMethod, index: usize) -> Result<Self, EvaluationError> {
-        let fail = |key: &str, reason: String| {
-            let key = format!("method[{index}].{key}");
+    /// Resolves a method; `place` is its key in the file.
+    pub(crate) fn new(setting: &StabilityMethod, place: &str) -> Result<Self, EvaluationError> {
+        let StabilityMethod { ref method, route, arithmetic, .. } = *setting;
+        let fail = |key: &str, reason: &str| {
+            let key = format!("{place}.{key}");
             Err(EvaluationError::Key { reason: format!("{key}: {reason}"), key })
         };
-        let order = method.bound.order();
-        if method.target.len() != order || method.target.iter().any(|value| !value.is_finite()) {
-            return fail("target", format!("{:?} are not the {order} numbers of b*", method.target));
+        let resolved = method
+            .check_storage(&["alpha", "transform", "format"])
+            .and_then(|()| Ok((method.build()?, method.stored_range()?)));
+        let (technique, range) = resolved.map_err(in_key(&format!("{place}.method")))?;
+        let Some(bound) = method.moment_bound() else {
+            return fail("method.bound", "is no bound of moments");
+        };
+        let (Some(alpha), Some(centre)) = (method.alpha, &method.centre) else {
+            return fail("method", "alpha and centre have to be given");
+        };
+        if alpha >= 1.0 {
+            return fail("method.alpha", &format!("{alpha} is not in [0, 1)"));
         }
-        if !(0.0..1.0).contains(&method.alpha) {
-            return fail("alpha", format!("{} is not in [0, 1)", method.alpha));
+        if route == Route::Textbook && bound == MomentBound::Trigonometric4 {
+            return fail("route", "the algorithm of trigonometric moments is not published in full");
         }
-        if method.route == Route::Textbook && method.bound.is_trigonometric() {
-            let reason = "the algorithm of trigonometric moments is not published in full".to_owned();
-            return fail("route", reason);
+        if let NumberFormat::U32Fixed { .. } = method.format() {
+            return fail("method.format", &format!("{} belongs to sums, not texels", method.format()));
         }
-        let mut interval = method.range.interval();
-        let mut encoding = None;
-        if let Some(storage) = &method.storage {
-            let format: NumberFormat = match storage.format.parse() {
-                Ok(NumberFormat::U32Fixed { .. }) => {
-                    return fail("storage.format", format!("{} belongs to sums, not texels", storage.format));
-                }
-                Ok(format) => format,
-                Err(error) => return fail("storage.format", error.to_string()),
-            };
-            let transform = if storage.transform == "identity" {
-                AffineTransform::identity(order)
-            } else {
-                match published(&storage.transform, method.bound, &["identity"]) {
-                    Ok((transform, own)) => {
-                        interval = own;
-                        transform
-                    }
-                    Err(reason) => {
-                        return fail("storage.transform", format!("`{}`: {reason}", storage.transform));
-                    }
-                }
-            };
-            if transform.order() != order {
-                let reason = format!("`{}` is of order {}", storage.transform, transform.order());
-                return fail("storage.transform", reason);
-            }
-            encoding = Some(Encoding::new(transform, format));
-        }
-        let signed = interval == DepthInterval::SIGNED;
-        if signed && method.bound.interval() == Interval::Unit {
-            return fail("range", format!("{} needs depths from 0 to 1", method.bound.name()));
-        }
+        let is_stored = method.format.is_some() || method.transform.is_some();
         let mut target = [0.0; MAX_MOMENTS];
-        target[..order].copy_from_slice(&method.target);
-        let StabilityMethod { bound, route, arithmetic, alpha, .. } = *method;
-        Ok(Self { bound, route, arithmetic, signed, encoding, target, alpha })
+        target[..centre.len()].copy_from_slice(centre);
+        let encoding = is_stored.then(|| technique.encoding().clone());
+        Ok(Self { bound, route, arithmetic, signed: range == Range::Signed, encoding, target, alpha })
     }
 
     /// Whether two methods have the same exact bound at the same alpha.

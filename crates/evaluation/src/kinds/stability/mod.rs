@@ -15,5 +15,5 @@ pub use records::{
     CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, StabilityViewRecord, WorstRecord,
 };
 pub use settings::{
-    Arithmetic, Route, Shape, Span, StabilityExperiment, StabilityFamily, StabilityMethod, Storage, Timed,
+    Arithmetic, Route, Shape, Span, StabilityExperiment, StabilityFamily, StabilityMethod, Timed,
 };

@@ -10,10 +10,10 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use moment_problem::MomentBound;
 use moment_problem::arithmetic::{DoubleDouble, Real};
 use random_stream::Random;
 use rayon::prelude::*;
-use shadow_filtering::techniques::MomentBound;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
@@ -53,10 +53,10 @@ impl StabilityExperiment {
 
     fn plan(&self) -> Result<Plan, EvaluationError> {
         let methods: Vec<Prepared> = self
-            .method
+            .technique
             .iter()
             .enumerate()
-            .map(|(i, method)| Prepared::new(method, i))
+            .map(|(i, method)| Prepared::new(method, &format!("technique[{i}]")))
             .collect::<Result<_, _>>()?;
         let alphas = |method: &Prepared| {
             let others = [0.0].into_iter().chain(self.alphas.values());
@@ -127,7 +127,7 @@ impl StabilityExperiment {
             .collect();
         let mut samples = Vec::new();
         for repetition in 0..self.timing.repetitions {
-            for (method, settings) in plan.methods.iter().zip(&self.method) {
+            for (method, settings) in plan.methods.iter().zip(&self.technique) {
                 let ready: Vec<_> = inputs
                     .iter()
                     .map(|(input, moments)| {
@@ -173,7 +173,7 @@ impl Tables {
         let mut whole = Outcome::new(plan);
         for (cell, outcome) in outcomes.iter().enumerate() {
             whole.merge(outcome);
-            for (i, method) in experiment.method.iter().enumerate() {
+            for (i, method) in experiment.technique.iter().enumerate() {
                 let tally = &outcome.tallies[i][0];
                 if method.atlas && tally.inputs > 0 {
                     self.cells.push(CellRecord {
@@ -189,7 +189,7 @@ impl Tables {
                 }
             }
         }
-        for (i, method) in experiment.method.iter().enumerate() {
+        for (i, method) in experiment.technique.iter().enumerate() {
             for (step, &alpha) in plan.alphas[i].iter().enumerate() {
                 let tally = &whole.tallies[i][step];
                 self.records.push(StabilityRecord {
@@ -220,7 +220,7 @@ impl Tables {
                     exact_biased: worst.exact_biased,
                     exact: worst.exact,
                     mass_before: worst.input.mass_before(),
-                    command: command(method.bound, worst),
+                    command: command(plan.methods[i].bound, worst),
                 }));
             }
             if plan.methods[i].is_checked() {

@@ -4,12 +4,12 @@ use super::method::Prepared;
 use crate::error::EvaluationError;
 use crate::experiment::kind::{RunContext, Settings};
 use crate::kinds::filterable::settings::{MAX_SIZE, in_key};
-use crate::kinds::quantization::{Alphas, RangeName};
+use crate::kinds::quantization::Alphas;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
+use moment_problem::MomentBound;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::techniques::MomentBound;
-use shadow_filtering::{DepthBias, KernelSpec};
+use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -50,7 +50,7 @@ pub struct StabilityExperiment {
     /// The families of inputs.
     pub family: Vec<StabilityFamily>,
     /// The methods.
-    pub method: Vec<StabilityMethod>,
+    pub technique: Vec<StabilityMethod>,
 }
 
 /// Timed bounds per method.
@@ -132,16 +132,6 @@ pub enum Arithmetic {
     Pairs,
 }
 
-/// How moments are stored.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct Storage {
-    /// `identity`, or the name of a published transform.
-    pub transform: String,
-    /// `unorm10`, `unorm16`, `f16`, `f32`.
-    pub format: String,
-}
-
 /// One way to compute a bound.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -151,26 +141,28 @@ pub struct StabilityMethod {
     /// Part in what papers claim, unique among its like.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<String>,
-    /// The bound.
-    pub bound: MomentBound,
+    /// Bound of moments with its alpha and b*; without format and transform moments are rounded to the arithmetic only.
+    pub method: TechniqueSpec,
     /// The algorithm.
     #[serde(default)]
     pub route: Route,
     /// The numbers.
     pub arithmetic: Arithmetic,
-    /// Depths of the moments; a published transform has its own.
-    #[serde(default)]
-    pub range: RangeName,
-    /// Without it moments are rounded to the arithmetic only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub storage: Option<Storage>,
-    /// Recommended moment bias.
-    pub alpha: f64,
-    /// b*, in the moments' own variable.
-    pub target: Vec<f64>,
     /// Whether heat maps are recorded and drawn.
     #[serde(default)]
     pub atlas: bool,
+}
+
+impl StabilityMethod {
+    /// The bound of moments; `check` has made sure that there is one.
+    pub fn bound(&self) -> Option<MomentBound> {
+        self.method.moment_bound()
+    }
+
+    /// Recommended moment bias; `check` has made sure that it is given.
+    pub fn alpha(&self) -> f64 {
+        self.method.alpha.unwrap_or_default()
+    }
 }
 
 /// Most cells along a knob.
@@ -201,7 +193,7 @@ impl Settings for StabilityExperiment {
         for (key, value, least) in [
             ("draws", self.draws, 1),
             ("family", self.family.len(), 1),
-            ("method", self.method.len(), 1),
+            ("technique", self.technique.len(), 1),
             ("scenes", self.scenes.len(), usize::from(has_scenes)),
             ("timing.inputs", self.timing.inputs, 1),
             ("timing.repetitions", self.timing.repetitions, 1),
@@ -229,13 +221,13 @@ impl Settings for StabilityExperiment {
                 }
             }
         }
-        check_roles(&self.method, "method")?;
-        for (i, method) in self.method.iter().enumerate() {
-            if self.method[..i].iter().any(|other| other.name == method.name) {
-                let key = format!("method[{i}].name");
-                return fail(&key, format!("method `{}` appears twice", method.name));
+        check_roles(&self.technique, "technique")?;
+        for (i, method) in self.technique.iter().enumerate() {
+            if self.technique[..i].iter().any(|other| other.name == method.name) {
+                let key = format!("technique[{i}].name");
+                return fail(&key, format!("technique `{}` appears twice", method.name));
             }
-            Prepared::new(method, i)?;
+            Prepared::new(method, &format!("technique[{i}]"))?;
         }
         Ok(())
     }

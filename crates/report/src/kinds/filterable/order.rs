@@ -3,7 +3,7 @@
 use super::summary::FilterableTables;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, in_percent, row};
-use evaluation::{FilterableExperiment, FilterableRecord, FilterableTechnique, TechniqueSpec};
+use evaluation::{FilterableExperiment, FilterableRecord, FilterableTechnique};
 
 /// From the least error to the largest (MSM15 Figure 4).
 const GROUPS: [&str; 4] = ["PCF", "four moments", "EVSM", "VSM and ESM"];
@@ -12,14 +12,12 @@ const GROUPS: [&str; 4] = ["PCF", "four moments", "EVSM", "VSM and ESM"];
 fn group(experiment: &FilterableExperiment, technique: &FilterableTechnique) -> Option<usize> {
     match (&technique.method, &technique.comparison) {
         (None, Some(kernel)) => (*kernel == experiment.kernel).then_some(0),
-        (Some(method), _) => match method {
-            TechniqueSpec::Hamburger4(options)
-            | TechniqueSpec::Hausdorff4(options)
-            | TechniqueSpec::Trigonometric4(options) => {
-                (options.alpha.is_none() && options.beta == 0.0).then_some(1)
+        (Some(method), _) => match method.bound?.as_str() {
+            "hamburger4" | "hausdorff4" | "trigonometric4" => {
+                (method.alpha.is_none() && method.beta == 0.0).then_some(1)
             }
-            TechniqueSpec::Evsm { .. } => Some(2),
-            TechniqueSpec::Vsm {} | TechniqueSpec::Esm { .. } => Some(3),
+            "evsm" => Some(2),
+            "vsm" | "esm" => Some(3),
             _ => None,
         },
         _ => None,

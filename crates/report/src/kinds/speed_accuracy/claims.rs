@@ -29,7 +29,7 @@ pub(crate) fn claims(tables: &SpeedTables<'_>) -> Vec<Claim> {
         Claim::new(
             "MSM15 5",
             "Hamburger 4MSM outperforms PCF for large output resolutions, large filter kernels and small shadow maps",
-            tables.player("four moments, 16 bits").and_then(|key| recorded(tables.faster_than_comparison(key))),
+            tables.player("four moments, 16 bits").and_then(|(name, format)| recorded(tables.faster_than_comparison((name, &format)))),
         ),
     ]
     .into_iter()
@@ -40,8 +40,8 @@ pub(crate) fn claims(tables: &SpeedTables<'_>) -> Vec<Claim> {
 fn pair(tables: &SpeedTables<'_>, roles: [&'static str; 2]) -> Measured<String> {
     let [a, b] = roles.map(|role| tables.player(role));
     let (a, b) = (a?, b?);
-    let (_, x, _) = recorded(tables.gpu_time(a.0, a.1))?;
-    let (_, y, _) = recorded(tables.gpu_time(b.0, b.1))?;
+    let (_, x, _) = recorded(tables.gpu_time(a.0, &a.1))?;
+    let (_, y, _) = recorded(tables.gpu_time(b.0, &b.1))?;
     let adapter = tables.gpu.as_ref().map(|gpu| gpu.adapter.as_str()).unwrap_or_default();
     Ok(format!("{x:.2} and {y:.2} ms, {:.2} times, on {adapter}", y / x))
 }

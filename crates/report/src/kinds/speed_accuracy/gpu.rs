@@ -102,7 +102,7 @@ impl SpeedTables<'_> {
         if gpu.device_type == "Cpu" {
             return format!("No GPU times, and no GPU axis: {} is a software driver.", gpu.adapter);
         }
-        let time = |role| self.player(role).ok().and_then(|(name, format)| self.gpu_time(name, format));
+        let time = |role| self.player(role).ok().and_then(|(name, format)| self.gpu_time(name, &format));
         let times = (time("VSM, 32 bits"), time("four moments, 16 bits"));
         let ratio = match times {
             (Some(vsm), Some(msm)) => format!(

@@ -80,15 +80,15 @@ impl<'a> SpeedTables<'a> {
     }
 
     /// Name and format of the candidate with this role.
-    pub(crate) fn player(&self, role: &'static str) -> Measured<(&'a str, &'a str)> {
-        let player = player(&self.experiment.candidate, role)?;
-        Ok((&player.name, &player.format))
+    pub(crate) fn player(&self, role: &'static str) -> Measured<(&'a str, String)> {
+        let player = player(&self.experiment.technique, role)?;
+        Ok((&player.name, player.format()))
     }
 
     /// The record of the candidate with this role on the map of this size.
     fn of(&self, role: &'static str, size: u32) -> Option<&SpeedAccuracyRecord> {
-        let key = self.player(role).ok()?;
-        self.best().find(|r| (r.technique.as_str(), r.format.as_str()) == key && r.size == size)
+        let (name, format) = self.player(role).ok()?;
+        self.best().find(|r| r.technique == name && r.format == format && r.size == size)
     }
 
     /// The same technique in the same format and size on a part of the fragments.

@@ -179,12 +179,12 @@ fn number(alpha: Option<f64>) -> String {
 impl<'a> StabilityTables<'a> {
     /// Name of the method with this role.
     fn player(&self, role: &'static str) -> Measured<&'a str> {
-        player(&self.experiment.method, role).map(|method| method.name.as_str())
+        player(&self.experiment.technique, role).map(|method| method.name.as_str())
     }
 
     /// A method's recommended bias.
     fn alpha(&self, name: &str) -> Option<f64> {
-        self.experiment.method.iter().find(|method| method.name == name).map(|method| method.alpha)
+        self.experiment.technique.iter().find(|method| method.name == name).map(|method| method.alpha())
     }
 }
 

@@ -33,7 +33,7 @@ const ATLASES: [(MomentBound, &str, &str); 6] = [
 pub(crate) fn draw(tables: &StabilityTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let mut figures = Vec::new();
     for (bound, id, title) in ATLASES {
-        let method = |m: &usize| tables.experiment.method[*m].bound == bound;
+        let method = |m: &usize| tables.experiment.technique[*m].bound() == Some(bound);
         let mut methods = distinct(tables.cells.iter().map(|c| c.method).filter(method));
         methods.sort_unstable();
         if !methods.is_empty() {
@@ -75,10 +75,10 @@ fn atlas(
         }
         for (row, &method) in methods.iter().enumerate() {
             let y = (ABOVE + row as u32 * (MAP + BELOW)) as i32;
-            let name = &tables.experiment.method[method].name;
+            let name = &tables.experiment.technique[method].name;
             let short = name.split_once(", ").map_or(name.as_str(), |(_, short)| short);
             text(short, 10, y + MAP as i32 / 2 - 8, 12, HPos::Left)?;
-            let alpha = format!("alpha = {:e}", tables.experiment.method[method].alpha);
+            let alpha = format!("alpha = {:e}", tables.experiment.technique[method].alpha());
             text(&alpha, 10, y + MAP as i32 / 2 + 8, 11, HPos::Left)?;
             for (column, family) in families.iter().enumerate() {
                 let x = (LEFT + column as u32 * (MAP + BETWEEN)) as i32;
@@ -197,9 +197,9 @@ fn over_alpha(tables: &StabilityTables<'_>) -> Result<String, ReportError> {
         .filter_map(|(bound, ..)| {
             let methods: Vec<&str> = tables
                 .experiment
-                .method
+                .technique
                 .iter()
-                .filter(|m| m.bound == *bound)
+                .filter(|m| m.bound() == Some(*bound))
                 .map(|m| m.name.as_str())
                 .collect();
             (!methods.is_empty()).then_some((bound.name(), methods))
@@ -267,7 +267,7 @@ fn panel(
             let label = format!("{method}, alpha = {alpha:.1e}: {share} with a broken bound");
             around(chart.backend_coord(&(alpha, height)), 4 * FINE as i32, &label);
         }
-        let own = tables.experiment.method.iter().find(|m| m.name == **method).map_or(0.0, |m| m.alpha);
+        let own = tables.experiment.technique.iter().find(|m| m.name == **method).map_or(0.0, |m| m.alpha());
         let is_own = |p: &&(f64, f64)| (p.0 / own - 1.0).abs() < 1e-2;
         if let Some(&point) = points.iter().find(is_own) {
             chart.draw_series([Circle::new(point, 3 * FINE, stroke.colour.filled())])?;

@@ -140,7 +140,7 @@ impl<'a> StabilityTables<'a> {
         let checked: u64 =
             self.checks.iter().filter(|c| Some(c.method.as_str()) == first).map(|c| c.inputs).sum();
         let in_arithmetic = |c: &CheckRecord, arithmetic: Arithmetic| {
-            self.experiment.method.iter().any(|m| m.name == c.method && m.arithmetic == arithmetic)
+            self.experiment.technique.iter().any(|m| m.name == c.method && m.arithmetic == arithmetic)
         };
         let total = |of: fn(&CheckRecord) -> u64| -> u64 { self.checks.iter().map(of).sum() };
         let broken = |arithmetic: Arithmetic| -> u64 {
@@ -163,7 +163,7 @@ impl<'a> StabilityTables<'a> {
         }
         let violated = |r: &StabilityRecord| r.violated;
         let alpha = |role| {
-            let player = with_role(&self.experiment.method, role)?;
+            let player = with_role(&self.experiment.technique, role)?;
             self.smallest_alpha(&player.name, Inputs::Hard, violated)
         };
         if let (Some(plain), Some(pairs)) =

@@ -47,7 +47,7 @@ fn failures(tables: &StabilityTables<'_>) -> Vec<Block> {
         let Total { inputs, not_finite, outside, violated, visible, .. } = hard;
         row![
             &method.name,
-            format!("{:e}", method.alpha),
+            format!("{:e}", method.alpha()),
             tables.nanoseconds(&method.name).map(|ns| format!("{ns:.0} ns")),
             share(not_finite, inputs),
             share(outside, inputs),
@@ -63,7 +63,7 @@ fn failures(tables: &StabilityTables<'_>) -> Vec<Block> {
         .left(["method"])
         .right(["alpha", "time", "hard inputs: no number", "outside [0, 1]", "bound broken", "visibly"])
         .right(["scenes: bound broken", "error, 99.9 %", "largest", "mean loss"])
-        .rows(tables.experiment.method.iter().map(cells));
+        .rows(tables.experiment.technique.iter().map(cells));
     let note = Text::from("Shares of inputs. ")
         .emphasis("No number")
         .and(": the formulas end in NaN or infinity. ")
@@ -94,7 +94,7 @@ fn alphas(tables: &StabilityTables<'_>) -> Vec<Block> {
         let scenes = |count| shown(tables.smallest_alpha(&method.name, Inputs::Scenes, count));
         row![
             &method.name,
-            format!("{:e}", method.alpha),
+            format!("{:e}", method.alpha()),
             hard(|r| r.not_finite),
             hard(|r| r.outside),
             hard(|r| r.violated),
@@ -107,7 +107,7 @@ fn alphas(tables: &StabilityTables<'_>) -> Vec<Block> {
         .left(["method"])
         .right(["recommended", "hard: a number everywhere", "inside [0, 1]", "bound never broken"])
         .right(["never visibly", "scenes: bound never broken", "never visibly"])
-        .rows(tables.experiment.method.iter().map(cells));
+        .rows(tables.experiment.technique.iter().map(cells));
     let note = Text::from("Among the biases that were tried; none: not even the largest helps.");
     Block::section(3, "Smallest moment bias from which on a failure is gone", table, Some(note))
 }

@@ -1,18 +1,57 @@
 //! The other linear filters of a filterable shadow map: mip chain and multisample resolve.
 
+use super::StoredField;
 use crate::depth_map::ChannelMap;
 use crate::error::FilteringError;
+use crate::technique::Precision;
 use moment_problem::arithmetic::Real;
+
+/// A texel of a level of a mip chain; level 0 is the map itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MipTexel {
+    /// Level.
+    pub level: usize,
+    /// Column.
+    pub x: usize,
+    /// Row.
+    pub y: usize,
+}
 
 /// The map and its halvings down to one texel. Sides are halved and rounded down; each texel is the mean over the
 /// exact area it covers, so that the mean of the map is preserved for odd sides too.
-pub fn mip_chain<R: Real>(map: &ChannelMap<R>) -> Vec<ChannelMap<R>> {
-    let mut chain = vec![map.clone()];
-    while let Some(last) = chain.last().filter(|last| last.width > 1 || last.height > 1) {
-        let next = halved(last);
-        chain.push(next);
+#[derive(Clone, Debug)]
+pub struct Pyramid<R> {
+    levels: Vec<ChannelMap<R>>,
+}
+
+impl<R: Real> Pyramid<R> {
+    /// All levels of a map.
+    pub fn new(map: &ChannelMap<R>) -> Self {
+        let mut levels = vec![map.clone()];
+        while let Some(last) = levels.last().filter(|last| last.width > 1 || last.height > 1) {
+            let next = halved(last);
+            levels.push(next);
+        }
+        Self { levels }
     }
-    chain
+
+    /// From the map itself down to one texel.
+    pub fn levels(&self) -> &[ChannelMap<R>] {
+        &self.levels
+    }
+}
+
+impl<P: Precision> StoredField<P> for Pyramid<P> {
+    type Region = MipTexel;
+
+    fn mean(&self, MipTexel { level, x, y }: MipTexel, out: &mut [P]) -> Result<(), FilteringError> {
+        let map = self.levels.get(level).filter(|map| x < map.width && y < map.height).ok_or_else(|| {
+            let reason = format!("is no texel of {} levels", self.levels.len());
+            FilteringError::parameter("region", format!("texel ({x}, {y}) of level {level}"), reason)
+        })?;
+        out.copy_from_slice(map.texel(x, y));
+        Ok(())
+    }
 }
 
 /// Source texels and weights of each texel of a side halved.
@@ -76,7 +115,8 @@ mod tests {
     fn every_level_has_the_mean_of_the_map() {
         let data: Vec<f64> = (0..7 * 5 * 2).map(|i| f64::from(i * i % 97)).collect();
         let map = ChannelMap::new(7, 5, 2, data).unwrap();
-        let chain = mip_chain(&map);
+        let pyramid = Pyramid::new(&map);
+        let chain = pyramid.levels();
         let sizes: Vec<_> = chain.iter().map(|level| (level.width(), level.height())).collect();
         assert_eq!(sizes, [(7, 5), (3, 2), (1, 1)]);
         for channel in 0..2 {
@@ -85,6 +125,10 @@ mod tests {
                 values.sum::<f64>() / (level.width() * level.height()) as f64
             };
             assert!(chain.iter().all(|level| (mean(level) - mean(&map)).abs() < 1e-12));
+            let mut top = [0.0; 2];
+            pyramid.mean(MipTexel { level: 2, x: 0, y: 0 }, &mut top).unwrap();
+            assert!((top[channel] - mean(&map)).abs() < 1e-12);
+            assert!(pyramid.mean(MipTexel { level: 1, x: 3, y: 0 }, &mut top).is_err());
         }
     }
 

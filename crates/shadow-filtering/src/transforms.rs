@@ -1,0 +1,98 @@
+//! Transforms of stored values by their names in experiments.
+
+use crate::basis::AnyBasis;
+use crate::error::FilteringError;
+use crate::spec::TechniqueSpec;
+use moment_problem::MomentBound;
+use moment_problem::arithmetic::DoubleDouble;
+use quantization::published::{ALL, Published};
+use quantization::{AffineTransform, DepthInterval, QuantizationError, Search, optimise, range};
+
+/// Depths at which the range of a stored value is looked for; half a cell off, a cosine misses its maximum by 1e-8.
+const RANGE_SAMPLES: usize = 1 << 14;
+
+/// How far beyond them the range is stretched.
+const RANGE_MARGIN: f64 = 1e-6;
+
+/// Transforms that are not constants.
+const COMPUTED: [&str; 4] = ["identity", "plain", "sampled", "optimal"];
+
+/// The published transform that a technique names, if it names one.
+pub(crate) fn published(spec: &TechniqueSpec) -> Result<Option<&'static Published>, FilteringError> {
+    let name = spec.transform();
+    if COMPUTED.contains(&name) {
+        return Ok(None);
+    }
+    let fail = |reason: String| FilteringError::parameter("transform", name, reason);
+    let published = Published::named(name).ok_or_else(|| {
+        let known: Vec<&str> = COMPUTED.into_iter().chain(ALL.iter().map(|p| p.name)).collect();
+        fail(format!("unknown transform (known: {})", known.join(", ")))
+    })?;
+    match spec.moment_bound() {
+        Some(bound) if !bound.is_trigonometric() => Ok(Some(published)),
+        _ => Err(fail("is a transform of power moments".to_owned())),
+    }
+}
+
+/// The transform of a technique with that basis; the identity in place of a computed one without a search.
+pub(crate) fn transform(
+    spec: &TechniqueSpec,
+    basis: &dyn AnyBasis,
+    search: Option<&Search>,
+) -> Result<AffineTransform, FilteringError> {
+    let name = spec.transform();
+    let moments = || {
+        let missing = || FilteringError::parameter("transform", name, "needs a technique of moments");
+        Ok::<_, FilteringError>((spec.moment_bound().ok_or_else(missing)?, spec.stored_range()?.interval()))
+    };
+    let computed = match name {
+        "identity" => return Ok(AffineTransform::identity(basis.channels())),
+        "sampled" => search.map(|_| sampled(basis)),
+        "plain" => {
+            let (bound, interval) = moments()?;
+            search.map(|_| plain(bound, interval))
+        }
+        "optimal" => {
+            let (bound, interval) = moments()?;
+            search.map(|search| Ok(optimise(&bound.basis(), interval, search)?.transform))
+        }
+        _ => published(spec)?.map(|published| published.transform()),
+    };
+    Ok(computed.unwrap_or_else(|| Ok(AffineTransform::identity(basis.channels())))?)
+}
+
+/// Each function stretched to \[0, 1\] by itself, by its exact range.
+fn plain(bound: MomentBound, interval: DepthInterval) -> Result<AffineTransform, QuantizationError> {
+    let basis = bound.basis();
+    let m = basis.len();
+    let (mut matrix, mut offset) = (vec![0.0; m * m], vec![0.0; m]);
+    for i in 0..m {
+        let mut coefficients = vec![DoubleDouble::from(0.0); m + 1];
+        coefficients[i + 1] = DoubleDouble::from(1.0);
+        let range = range(&basis, &coefficients, interval);
+        let (min, max) = (range.min, range.max);
+        matrix[i * m + i] = 1.0 / (max - min);
+        offset[i] = -min / (max - min);
+    }
+    AffineTransform::new(matrix, offset)
+}
+
+/// Each value stretched to \[0, 1\] by itself, by its range at samples.
+fn sampled(basis: &dyn AnyBasis) -> Result<AffineTransform, QuantizationError> {
+    let m = basis.channels();
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; m];
+    let mut b = vec![0.0; m];
+    for i in 0..=RANGE_SAMPLES {
+        basis.evaluate_double(i as f64 / RANGE_SAMPLES as f64, &mut b);
+        for (range, &value) in ranges.iter_mut().zip(&b) {
+            *range = [range[0].min(value), range[1].max(value)];
+        }
+    }
+    let (mut matrix, mut offset) = (vec![0.0; m * m], vec![0.0; m]);
+    for (i, [low, high]) in ranges.into_iter().enumerate() {
+        let width = (high - low) * (1.0 + 2.0 * RANGE_MARGIN);
+        matrix[i * m + i] = 1.0 / width;
+        offset[i] = RANGE_MARGIN - low / width;
+    }
+    AffineTransform::new(matrix, offset)
+}
