@@ -180,7 +180,7 @@ impl Markov {
     }
 
     /// Bounds from E\[e^(c z)\] / e^(c z_f).
-    fn from_ratio(&self, ratio: DoubleDouble, z_f: f64) -> Bounds {
+    fn bounds_at(&self, ratio: DoubleDouble, z_f: f64) -> Bounds {
         let lower = (DoubleDouble::one() - ratio).to_f64().max(0.0);
         // Attained in the limit: mass `lower` infinitely far in front. With ratio >= 1 all mass can lie behind z_f.
         let (support, weights) = if lower > 0.0 {
@@ -222,7 +222,7 @@ impl LowerBound for Markov {
         }
         // In logarithms, as e^(c z_f) may not be a double where the ratio is.
         let exponent = moment.ln() - DoubleDouble::from(self.exponent) * DoubleDouble::from(z_f);
-        Ok(self.from_ratio(exponent.exp(), z_f))
+        Ok(self.bounds_at(exponent.exp(), z_f))
     }
 
     /// From E\[e^(c (z - z_f))\], which does not overflow where it matters.
@@ -230,7 +230,7 @@ impl LowerBound for Markov {
         check_input(&self.basis, Interval::Real, &[DoubleDouble::one()], z_f)?;
         let power = |z: f64| DoubleDouble::from(self.exponent) * DoubleDouble::sum(z, -z_f);
         let terms = z.depths().iter().zip(z.weights()).map(|(&z, &w)| w * power(z).exp());
-        Ok(self.from_ratio(terms.fold(DoubleDouble::zero(), |sum, term| sum + term), z_f))
+        Ok(self.bounds_at(terms.fold(DoubleDouble::zero(), |sum, term| sum + term), z_f))
     }
 }
 

@@ -84,8 +84,8 @@ impl LinearProgram {
             return Ok(solution);
         }
         // A last time with other rows: neighbouring depths make the orthonormal ones nearly dependent.
-        let (columns, target, dual) = program.in_present_basis()?;
-        self.consult(&columns, &target, &dual, optimum).map_err(|_| first_error)?;
+        let turned = program.in_present_basis()?;
+        self.consult(&turned.columns, &turned.target, &turned.dual, optimum).map_err(|_| first_error)?;
         Ok(solution)
     }
 

@@ -57,7 +57,7 @@ impl Equation {
         let minors = minors(count, count + 1, |i, j| s[i + j + 1].clone());
         let coefficient = |j: usize| {
             let minor = &minors[all & !(1 << j)];
-            if j % 2 == 0 { minor.clone() } else { -minor }
+            if j.is_multiple_of(2) { minor.clone() } else { -minor }
         };
         let coefficients: Vec<Dyadic> = (0..=count).map(coefficient).collect();
         let divisor = coefficients[0].clone();

@@ -41,6 +41,13 @@ pub(crate) struct Column {
     pub cost: f64,
 }
 
+/// A program in other coordinates: columns without the artificial ones, right-hand side, dual vector.
+pub(crate) struct Turned {
+    pub columns: Vec<Column>,
+    pub target: Vec<DoubleDouble>,
+    pub dual: Vec<DoubleDouble>,
+}
+
 /// A linear program with equality constraints in double-double: minimise sum p_j w_j subject to sum a_j w_j = b, w >= 0.
 pub(crate) struct FiniteProgram {
     rank: usize,
@@ -127,10 +134,8 @@ impl FiniteProgram {
     }
 
     /// The same program with the present basis as coordinates: columns of the basis become unit vectors, so that nothing
-    /// is lost in rows of very different sizes. Columns without the artificial ones, right-hand side, and dual vector.
-    pub(crate) fn in_present_basis(
-        &self,
-    ) -> Result<(Vec<Column>, Vec<DoubleDouble>, Vec<DoubleDouble>), MomentError> {
+    /// is lost in rows of very different sizes.
+    pub(crate) fn in_present_basis(&self) -> Result<Turned, MomentError> {
         let factors = self.factors()?;
         let turned = |column: &Column| {
             let entries = factors.solve(&column.entries);
@@ -140,7 +145,11 @@ impl FiniteProgram {
             let entries = entries.into_iter().map(|entry| entry * scale).collect();
             Column { z: column.z, entries, cost: column.cost / size }
         };
-        Ok((self.columns().iter().map(turned).collect(), factors.solve(&self.target), self.costs()))
+        Ok(Turned {
+            columns: self.columns().iter().map(turned).collect(),
+            target: factors.solve(&self.target),
+            dual: self.costs(),
+        })
     }
 
     /// Columns without the artificial ones.

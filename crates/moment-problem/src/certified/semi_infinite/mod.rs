@@ -110,10 +110,9 @@ impl LowerBound for ExchangeSimplex {
         let exact = || exact_of(self.basis(), Interval::Unit, z, z_f);
         let order = self.basis().power_order().unwrap_or(0);
         // Few depths are determined by their moments: a degenerate vertex for the simplex, nothing to exact arithmetic.
-        if (order > MOST_POWERS || 2 * z.depths().len() <= order) && z_f.is_finite() {
-            if let Some(result) = exact() {
-                return result;
-            }
+        let is_exact_first = (order > MOST_POWERS || 2 * z.depths().len() <= order) && z_f.is_finite();
+        if let Some(result) = is_exact_first.then(exact).flatten() {
+            return result;
         }
         let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
         result.or_else(|error| match error {

@@ -3,7 +3,7 @@
 
 use super::CERTIFIED_GAP;
 use super::certificate::{SEARCH_TOLERANCE, Step};
-use super::finite::{ARTIFICIAL_COSTS, ARTIFICIAL_RESIDUAL, Column, FiniteProgram};
+use super::finite::{ARTIFICIAL_COSTS, ARTIFICIAL_RESIDUAL, Column, FiniteProgram, Turned};
 use super::prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::dense::dot;
@@ -91,9 +91,7 @@ impl<'a> Program<'a> {
     }
 
     /// The program over the present depths in coordinates of its optimal basis.
-    pub(crate) fn in_present_basis(
-        &self,
-    ) -> Result<(Vec<Column>, Vec<DoubleDouble>, Vec<DoubleDouble>), MomentError> {
+    pub(crate) fn in_present_basis(&self) -> Result<Turned, MomentError> {
         self.finite.in_present_basis()
     }
 
