@@ -7,7 +7,7 @@ use crate::outcome::{Failure, Output};
 use clap::ArgGroup;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use input::{Input, parse_basis};
-use moment_problem::{Basis, Interval, Solver, method};
+use moment_problem::{Basis, Certificate, Interval, Solver, method};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -71,6 +71,16 @@ struct Answer {
     /// Mass up to and including z_f, if the distribution is known.
     #[serde(rename = "F_le", skip_serializing_if = "Option::is_none")]
     mass_up_to: Option<f64>,
+    /// How much rounding the moments to doubles moves the proved bounds (to first order), if they were given: by so much the
+    /// bounds may exclude the F of the kernel whose moments these were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    moment_rounding: Option<f64>,
+}
+
+/// Half a unit in the last place of each moment, as the dual functions weigh it.
+fn rounding(moments: &[f64], certificate: &Certificate) -> f64 {
+    let size = |dual: &[f64]| dual.iter().skip(1).zip(moments).map(|(y, b)| (y * b).abs()).sum::<f64>();
+    0.5 * f64::EPSILON * size(&certificate.lower_dual).max(size(&certificate.upper_dual))
 }
 
 /// Computes, prints.
@@ -86,6 +96,10 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let (mass_before, mass_up_to) = match &input {
         Input::Atoms(z) => (Some(z.cdf(z_f)), Some(z.cdf_inclusive(z_f))),
         Input::Moments(_) => (None, None),
+    };
+    let moment_rounding = match &input {
+        Input::Atoms(_) => None,
+        Input::Moments(moments) => Some(rounding(moments, &bounds.certificate)),
     };
     let gap = bounds.gap().max(0.0);
     let answer = Answer {
@@ -103,6 +117,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         worst_slack: bounds.certificate.worst_slack,
         mass_before,
         mass_up_to,
+        moment_rounding,
     };
     arguments.output.emit(&answer, |out| write_table(out, &answer, gap))
 }
@@ -123,6 +138,10 @@ fn write_table(out: &mut dyn Write, answer: &Answer, gap: f64) -> io::Result<()>
         writeln!(out, "      Z(z <= z_f)            {up_to:.12}")?;
     }
     writeln!(out, "  certificate gap {gap:.1e}, worst dual slack {:.1e}", answer.worst_slack)?;
+    if let Some(rounding) = answer.moment_rounding {
+        writeln!(out, "  rounding moments to doubles moves a bound by up to {rounding:.1e}; the kernel's F may")?;
+        writeln!(out, "  lie outside the proved bounds by that much")?;
+    }
     writeln!(out)?;
     writeln!(out, "  a distribution with these moments that attains the lower bound")?;
     writeln!(out, "  depth             weight")?;
