@@ -55,8 +55,7 @@ impl<const M: usize> Hamburger<M> {
             return None;
         }
         let at_z_f = solution.at_z_f.to_f64();
-        let sensitivity = at_z_f * solution.sensitivity(&array, z_f);
-        let relative = DOUBLE_DOUBLE_ROUNDINGS * DoubleDouble::EPSILON * sensitivity;
+        let relative = DOUBLE_DOUBLE_ROUNDINGS * DoubleDouble::EPSILON * solution.sensitivity(&array, z_f);
         if relative.is_nan() || relative > LARGEST_RELATIVE_ERROR || relative * at_z_f > QUICK_GAP {
             return None;
         }

@@ -297,9 +297,13 @@ impl<R: Real> Canonical<R> {
         terms.fold(zero, |sum, term| sum + term)
     }
 
-    /// What a relative change of all moments does to 1 / [`Canonical::at_z_f`] at most, per unit: (sum |x_i| sqrt b_2i)^2 for
-    /// the coefficients x of K(z_f, z), as |b_(i+j)| <= sqrt(b_2i b_2j).
+    /// What a relative change of all moments does to [`Canonical::at_z_f`] at most, relative to it and per unit: at_z_f
+    /// (sum |x_i| sqrt b_2i)^2 for the coefficients x of K(z_f, z), as |b_(i+j)| <= sqrt(b_2i b_2j).
     pub(crate) fn sensitivity<const M: usize>(&self, moments: &[R; M], z_f: f64) -> f64 {
+        if M == 2 {
+            // x = (1 - b_1 p / d, p / d) for p = z_f - b_1, at_z_f = d / (d + p^2), and b_1^2 = b_2 - d.
+            return 6.0 * moments[1].to_f64() / self.pivots[1].to_f64();
+        }
         let mut q = [0.0; MAX_POINTS];
         for (row, pivot) in self.taylor.iter().zip(&self.pivots).take(self.count + 1) {
             let factor = (row[0] / *pivot).to_f64();
@@ -313,7 +317,7 @@ impl<R: Real> Canonical<R> {
             }
         }
         let size = |i: usize| if i == 0 { 1.0 } else { moments[2 * i - 1].to_f64().abs().sqrt() };
-        (0..=self.count).map(|i| x[i] * size(i)).sum::<f64>().powi(2)
+        self.at_z_f.to_f64() * (0..=self.count).map(|i| x[i] * size(i)).sum::<f64>().powi(2)
     }
 
     /// Support points with weights, z_f first; a point at infinity (w = 0, weight 0) is left out.
