@@ -129,6 +129,14 @@ fn moments_give_the_bounds_of_their_atoms() {
 }
 
 #[test]
+fn a_number_with_an_exponent_is_a_number() {
+    let command = ["bound", "--atoms", "0.2:0.5,0.45:0.2,0.7:0.3", "--depth", "0.6"];
+    let answer = json(&[&command[..], &["--basis", "z,exp(1e1z)"]].concat());
+    assert!((number(&answer, "lower") - 0.335874595723).abs() < 1e-9, "{answer}");
+    rejected(&[&command[..], &["--basis", "z,exp(1 e1z)"]].concat(), "1*e*1");
+}
+
+#[test]
 fn negative_numbers_are_no_options() {
     let command = ["bound", "--basis", "power:4", "--interval", "real"];
     let answer = json(&[&command[..], &["--atoms", "-1:0.5,2:0.5", "--depth", "-0.5"]].concat());
@@ -234,6 +242,13 @@ fn quantize_keeps_its_contract() {
     let human = msm(&["quantize", "--basis", "trig:1", "--depth-range", "0.25,0.75", "--language", "hlsl"]);
     let text = String::from_utf8(human.stdout).unwrap();
     assert!(text.contains("[0.25, 0.75]") && text.contains("void dequantise(const float s[2]"), "{text}");
+}
+
+#[test]
+fn quantize_does_not_depend_on_the_unit_of_depth() {
+    let metres = json(&["quantize", "--order", "6", "--depth-range", "0.3,1000", "--starts", "48"]);
+    assert!((number(&metres, "gain_bits") - 30.587).abs() < 1e-3, "{metres}");
+    assert!(number(&metres, "range_min") > -1e-9 && number(&metres, "range_max") < 1.0 + 1e-9, "{metres}");
 }
 
 #[test]
