@@ -39,7 +39,8 @@ pub(crate) fn draw(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<Recorde
     Ok(files)
 }
 
-/// File name of the error map of a technique and view, the scene as [`SceneSettings::words`](crate::SceneSettings::words) has it.
+/// File name of the error map of a technique and view, the scene as
+/// [`SceneSettings::words`](crate::SceneSettings::words) has it.
 pub fn map_name(scene: &str, view: &str, technique: &str) -> String {
     format!("map-{scene}-{}-{}.png", words(view), words(technique))
 }
