@@ -14,8 +14,8 @@
 //! let receiver = Receiver { x: 16, y: 16, depth: 0.8, gradient: [0.0; 2] };
 //! assert!(view.truth(&receiver) > 0.4);
 //!
-//! let spec = TechniqueSpec { bound: Some("hamburger4".to_owned()), ..TechniqueSpec::default() };
-//! let method = ShadowMethod::Prefiltered(Box::new(spec.build()?));
+//! let technique = TechniqueSpec::named("hamburger4")?.build()?;
+//! let method = ShadowMethod::Prefiltered(Box::new(technique));
 //! let error = errors(&view, &method.prepare(&map, &kernel)?, &[receiver])?[0];
 //! assert!(error.abs() < 1e-4, "two surfaces are reconstructed");
 //! # Ok::<(), shadow_filtering::FilteringError>(())
