@@ -39,7 +39,7 @@ fn candidates(directory: &Path, scene: &str) -> PathBuf {
         let name = value["name"].as_str().unwrap();
         !(name.starts_with("Trig") || name.starts_with("CSM") || name.starts_with("Hamburger 8"))
     };
-    table["candidate"].as_array_mut().unwrap().retain(kept);
+    table["technique"].as_array_mut().unwrap().retain(kept);
     let path = directory.join("small.toml");
     std::fs::write(&path, table.to_string()).unwrap();
     path

@@ -102,7 +102,11 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
         ("[scale.paper]", "[scale.huge]", "huge"),
         ("kind = \"bounds\"", "kind = \"bonds\"", "bonds"),
         ("kind = \"bounds\"", "", "kind"),
-        ("[[kernel]]", "[[candidate]]", "[[candidate]] is spelled [[technique]] now"),
+        (
+            "[scale.paper]",
+            "[[candidate]]\nname = \"VSM\"\n[scale.paper]",
+            "[[candidate]] is spelled [[technique]] now",
+        ),
         ("question =", "# question =", "line"),
         ("basis = \"z, z^2\"", "basis = \"sinh(z)\"", "sinh"),
         ("interval = \"real\"", "interval = \"unit\", solver = \"magic\"", "magic"),
@@ -112,10 +116,13 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
     refused(&folder, &text, &cases);
 }
 
-/// An unknown key, a value that makes no sense and one of another type, for every kind: (old line, its new text, needle).
+/// Old text, new text, word of the message.
+type Mistake = (&'static str, &'static str, &'static str);
+
+/// An unknown key, a value that makes no sense and one of another type, for every kind.
 #[test]
 fn mistakes_in_every_kind_name_line_key_and_value() {
-    let cases: [(&str, [(&str, &str, &str); 5]); 6] = [
+    let cases: [(&str, [Mistake; 5]); 6] = [
         (
             "bounds",
             [
@@ -221,8 +228,8 @@ fn mistakes_in_ways_to_store_moments_name_line_and_value() {
         ("alphas = { from = 1e-8", "alphas = { from = 0.0", "alphas"),
         ("basis = \"power:3\"", "basis = \"power:0\"", "power:0"),
         (
-            "bound = \"trigonometric4\"\ntransforms = [\"plain\", \"optimal\"]",
-            "bound = \"trigonometric4\"\nrange = \"signed\"\ntransforms = [\"plain\"]",
+            "bound = \"trigonometric4\", transforms = [\"plain\", \"optimal\"]",
+            "bound = \"trigonometric4\", range = \"signed\", transforms = [\"plain\"]",
             "depths from 0 to 1",
         ),
     ];

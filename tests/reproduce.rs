@@ -53,7 +53,7 @@ fn all_experiments_are_run_once_and_reported_in_one_page() {
         assert!(page.contains(&format!("<section id=\"{name}\">")), "{name}");
     }
     assert!(page.matches("<svg role=\"img\"").count() > 15 && page.contains("data:image/png;base64,"));
-    assert!(page.contains("data-points=\"[{&quot;technique&quot;:&quot;VSM&quot;"));
+    assert!(page.contains("data-explorer=\"[{&quot;technique&quot;:&quot;VSM&quot;"));
     // A second call has nothing to do.
     let again = reproduce(out.path());
     assert!(again["experiments"].as_array().unwrap().iter().all(|of| of["was_there"] == true), "{again}");

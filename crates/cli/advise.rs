@@ -2,7 +2,6 @@
 
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
-use crate::run::failure;
 use anyhow::anyhow;
 use evaluation::{Advice, AdviceOptions, Choice};
 use std::io::{self, Write};
@@ -48,7 +47,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         candidates: arguments.candidates.as_deref(),
         progress: &progress,
     };
-    let advice = Advice::seek_on(&options, arguments.threads).map_err(failure)?;
+    let advice = Advice::seek_on(&options, arguments.threads)?;
     bar.finish();
     arguments.output.emit(&advice, |out| write_advice(out, &advice))?;
     if advice.recommendation.is_none() {

@@ -1,8 +1,10 @@
 //! What a verb leaves behind: its result on standard output, at most one line on standard error, an exit code.
 
+use ::report::ReportError;
 use anyhow::Context;
 use clap::ValueEnum;
 use clap::error::ErrorKind;
+use evaluation::EvaluationError;
 use serde::Serialize;
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -61,6 +63,21 @@ pub enum Failure {
 impl From<anyhow::Error> for Failure {
     fn from(error: anyhow::Error) -> Self {
         Self::Failed(error)
+    }
+}
+
+impl From<EvaluationError> for Failure {
+    fn from(error: EvaluationError) -> Self {
+        if error.is_input() { Self::Input(error.into()) } else { Self::Failed(error.into()) }
+    }
+}
+
+impl From<ReportError> for Failure {
+    fn from(error: ReportError) -> Self {
+        match error {
+            ReportError::Records(error) => error.into(),
+            other => Self::Failed(other.into()),
+        }
     }
 }
 

@@ -1,8 +1,6 @@
 //! `msm report`: figures and pages of recorded runs, from their files alone.
 
 use crate::outcome::{Failure, Output};
-use crate::run::failure;
-use ::report::ReportError;
 use evaluation::{RunDirectory, write_whole};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -33,28 +31,20 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let mut answer = Answer { written: Vec::new() };
     let mut pages = Vec::new();
     for path in &arguments.runs {
-        let run = RunDirectory::open(path).map_err(failure)?;
-        let page = ::report::page(&run).map_err(page_failure)?;
-        let files = page.write().map_err(page_failure)?;
+        let run = RunDirectory::open(path)?;
+        let page = ::report::page(&run)?;
+        let files = page.write()?;
         answer.written.extend(files.iter().map(|file| run.path().join(&file.name).display().to_string()));
         pages.push(page);
     }
     if let Some(path) = &arguments.html {
-        let page = ::report::html(&pages).map_err(page_failure)?;
-        write_whole(path, page.as_bytes()).map_err(failure)?;
+        let page = ::report::html(&pages)?;
+        write_whole(path, page.as_bytes())?;
         answer.written.push(path.display().to_string());
     }
     if let Some(path) = &arguments.comparison {
-        write_whole(path, ::report::comparison(&pages).as_bytes()).map_err(failure)?;
+        write_whole(path, ::report::comparison(&pages).as_bytes())?;
         answer.written.push(path.display().to_string());
     }
     arguments.output.emit(&answer, |out| answer.written.iter().try_for_each(|file| writeln!(out, "{file}")))
-}
-
-/// Sorts errors by whose fault they are.
-pub fn page_failure(error: ReportError) -> Failure {
-    match error {
-        ReportError::Records(error) => failure(error),
-        other => Failure::Failed(other.into()),
-    }
 }

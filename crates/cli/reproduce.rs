@@ -1,8 +1,7 @@
 //! `msm reproduce`: every experiment, one after another, and one page about all of them.
 
 use crate::outcome::{Failure, Output};
-use crate::report::page_failure;
-use crate::run::{Part, ScaleName, build, failure, recorded};
+use crate::run::{Part, ScaleName, build, recorded};
 use ::report::Page;
 use anyhow::{Context, anyhow};
 use evaluation::{Experiment, Scale, write_whole};
@@ -106,8 +105,8 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
             worked = (worked.0 + seconds, worked.1 + expected(&experiment.name));
             pace = worked.0 / worked.1;
         }
-        let page = ::report::page(&directory).map_err(page_failure)?;
-        page.write().map_err(page_failure)?;
+        let page = ::report::page(&directory)?;
+        page.write()?;
         let answer = shortened(&page.finding());
         let reproduced = Reproduced {
             experiment: experiment.name.clone(),
@@ -126,10 +125,10 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     let report = arguments.out.join("README.md");
     let (reproduced, pages): (Vec<Reproduced>, Vec<Page>) = done.into_iter().unzip();
-    write_whole(&report, index(scale, &arguments.out, &reproduced).as_bytes()).map_err(failure)?;
+    write_whole(&report, index(scale, &arguments.out, &reproduced).as_bytes())?;
     let html = arguments.out.join("report.html");
-    let page = ::report::html(&pages).map_err(page_failure)?;
-    write_whole(&html, page.as_bytes()).map_err(failure)?;
+    let page = ::report::html(&pages)?;
+    write_whole(&html, page.as_bytes())?;
     let answer = Answer {
         scale,
         seconds: begin.elapsed().as_secs_f64(),
@@ -161,10 +160,9 @@ fn experiments(arguments: &Arguments, scale: Scale) -> Result<Vec<(Experiment, b
     }
     let mut experiments = Vec::new();
     for file in files {
-        let experiment = Experiment::read(&file, scale, None).map_err(failure)?;
+        let experiment = Experiment::read(&file, scale, None)?;
         let has_scenes = experiment.has_scenes();
-        let experiment =
-            if has_scenes { experiment.with_scenes(&arguments.scenes).map_err(failure)? } else { experiment };
+        let experiment = if has_scenes { experiment.with_scenes(&arguments.scenes)? } else { experiment };
         experiments.push((experiment, has_scenes));
     }
     experiments.sort_by(|(a, _), (b, _)| {

@@ -2,9 +2,8 @@
 
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
-use crate::report::page_failure;
 use clap::ValueEnum;
-use evaluation::{Build, EvaluationError, Experiment, Prediction, Run, RunOptions, Scale, Shard};
+use evaluation::{Build, Experiment, Prediction, Run, RunOptions, Scale, Shard};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -80,19 +79,15 @@ struct Answer {
 pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let scale = Scale::from(arguments.scale);
     let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed)
-        .and_then(|experiment| experiment.with_scenes(&arguments.scenes))
-        .map_err(failure)?;
+        .and_then(|experiment| experiment.with_scenes(&arguments.scenes))?;
     if arguments.dry_run {
-        let prediction = experiment.predict(arguments.threads).map_err(failure)?;
+        let prediction = experiment.predict(arguments.threads)?;
         return arguments.output.emit(&prediction, |out| describe(out, &prediction));
     }
     let part = Part { resume: arguments.resume, shard: arguments.shard, merge: &arguments.merge };
     let run = recorded(&experiment, scale, &arguments.out, arguments.threads, part)?;
-    let written = if run.complete {
-        ::report::page(&run.directory).and_then(|page| page.write()).map_err(page_failure)?
-    } else {
-        Vec::new()
-    };
+    let written =
+        if run.complete { ::report::page(&run.directory).and_then(|page| page.write())? } else { Vec::new() };
     let answer = Answer {
         experiment: experiment.name,
         scale,
@@ -136,7 +131,7 @@ pub fn recorded(
     let (build, command) = (build(), command_line());
     let options =
         RunOptions { results, scale, threads, resume, shard, merge, build, command, progress: &progress };
-    let run = experiment.run(&options).map_err(failure)?;
+    let run = experiment.run(&options)?;
     bar.finish();
     Ok(run)
 }
@@ -153,11 +148,6 @@ fn describe(out: &mut dyn std::io::Write, prediction: &Prediction) -> std::io::R
     writeln!(out, "rate                {:.3e} a second on one thread, measured now", p.programs_per_second)?;
     writeln!(out, "time                {:.2} h on {} threads", p.hours, p.threads)?;
     writeln!(out, "disk                {:.1} MB", p.disk_bytes as f64 / 1e6)
-}
-
-/// Sorts errors by whose fault they are.
-pub fn failure(error: EvaluationError) -> Failure {
-    if error.is_input() { Failure::Input(error.into()) } else { Failure::Failed(error.into()) }
 }
 
 /// What this binary is built from.

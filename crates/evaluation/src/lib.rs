@@ -15,9 +15,10 @@ mod run_directory;
 mod shards;
 mod statistics;
 
+pub use applications::BiasSetting;
 pub use error::EvaluationError;
 pub use experiment::{Experiment, Scale};
-pub use fragments::{BiasSetting, SceneSettings};
+pub use fragments::SceneSettings;
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,

@@ -54,6 +54,7 @@ pub struct RenderReport {
 /// As [`LightFrame::fit`] and [`render_in_frame`].
 ///
 /// ```
+/// use scenes::{Camera, LightView, Material, Scene, Vertex};
 /// use shadow_renderer::*;
 /// let corner = |x, z| Vertex { position: [x, 0.0, z], normal: [0.0, 1.0, 0.0], uv: [0.0; 2] };
 /// let ground = Scene {

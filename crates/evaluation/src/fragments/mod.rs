@@ -2,8 +2,8 @@
 
 mod settings;
 
-pub(crate) use settings::MAX_SIZE;
-pub use settings::{BiasSetting, SceneSettings};
+pub use settings::SceneSettings;
+pub(crate) use settings::{MAX_SIZE, check_bias};
 
 use crate::error::EvaluationError;
 use random_stream::Random;

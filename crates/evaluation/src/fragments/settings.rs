@@ -1,9 +1,10 @@
-//! Keys of every experiment on scenes, and the depth biases that several kinds share.
+//! Keys of every experiment on scenes.
 
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
+use applications::BiasSetting;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{DepthBias, Kernel, KernelSpec};
+use shadow_filtering::{DepthBias, Kernel, KernelSpec, Reference};
 
 /// Largest accepted side of a shadow map.
 pub(crate) const MAX_SIZE: u32 = 8192;
@@ -37,16 +38,6 @@ impl Default for SceneSettings {
     }
 }
 
-/// A bias for F and one for all techniques.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct BiasSetting {
-    /// Bias of F, on top of the receiver plane.
-    pub reference: DepthBias,
-    /// Bias of every technique; they know no receiver plane.
-    pub technique: DepthBias,
-}
-
 impl SceneSettings {
     /// The keys.
     pub(crate) const KEYS: [&'static str; 6] =
@@ -61,6 +52,8 @@ impl SceneSettings {
         if needs_scenes && self.scenes.is_empty() {
             return Err(EvaluationError::key("scenes", "scenes is empty"));
         }
+        let plane = Reference { bias: DepthBias::default(), plane_limit: self.plane_limit };
+        plane.check().map_err(in_key(""))?;
         self.check_kernel(&self.kernel, "kernel")
     }
 
@@ -80,10 +73,8 @@ impl SceneSettings {
     }
 }
 
-impl BiasSetting {
-    /// Rejects biases that are negative or not finite.
-    pub(crate) fn check(&self, place: &str) -> Result<(), EvaluationError> {
-        self.reference.check().map_err(in_key(&format!("{place}.reference")))?;
-        self.technique.check().map_err(in_key(&format!("{place}.technique")))
-    }
+/// Rejects biases that are negative or not finite.
+pub(crate) fn check_bias(bias: &BiasSetting, place: &str) -> Result<(), EvaluationError> {
+    bias.reference.check().map_err(in_key(&format!("{place}.reference")))?;
+    bias.technique.check().map_err(in_key(&format!("{place}.technique")))
 }

@@ -10,7 +10,7 @@ pub(crate) mod stability;
 use crate::experiment::kind::Kind;
 
 /// All kinds, in the order in which messages name them.
-pub(crate) static KINDS: [Kind; 6] = [
+pub(crate) static KINDS: &[Kind] = &[
     Kind::of::<bounds::BoundsExperiment>(),
     Kind::of::<filterable::FilterableExperiment>(),
     Kind::of::<quantization::QuantizationExperiment>(),

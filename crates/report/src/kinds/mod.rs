@@ -23,7 +23,7 @@ pub(crate) struct KindPage {
 }
 
 /// One line a kind.
-const KINDS: [&KindPage; 6] = [
+const KINDS: &[&KindPage] = &[
     &bounds::PAGE,
     &filterable::PAGE,
     &quantization::PAGE,

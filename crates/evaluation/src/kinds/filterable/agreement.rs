@@ -1,6 +1,6 @@
 //! Closed forms against the certified linear program, on the very moments of real fragments.
 
-use super::evaluate::FilterablePlan;
+use super::plan::FilterablePlan;
 use super::records::AgreementRecord;
 use super::view::View;
 use crate::error::EvaluationError;
@@ -31,7 +31,7 @@ pub(crate) fn compare(
             .into_par_iter()
             .map(|index| {
                 let receiver = view.samples[index].receiver;
-                let z = plan.compared(view, &receiver, 0);
+                let z = plan.hard_shadow(view, 0).compared(&receiver);
                 let moments = filtered.texel(receiver.x, receiver.y);
                 let solved = program.shade(&biased.biased(moments), z).map_err(|e| e.to_string())?;
                 Ok((closed.bounds(moments, z).map_err(|e| e.to_string())?.lower - solved).abs())

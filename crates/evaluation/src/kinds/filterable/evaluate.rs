@@ -3,9 +3,10 @@
 use super::agreement;
 use super::maps;
 use super::picture;
-use super::settings::{FilterableExperiment, FilterableTechnique};
+use super::plan::FilterablePlan;
+use super::settings::FilterableExperiment;
 use super::statistics::{Outcome, TOLERANCE};
-use super::tables::{Finding, Tables};
+use super::tables::{Evaluated, Finding, Tables};
 use super::timing;
 use super::view::{Sample, View};
 use crate::error::EvaluationError;
@@ -14,107 +15,19 @@ use crate::fragments::{LoadedScene, spread};
 use crate::provenance::sha256;
 use crate::run::Recorded;
 use crate::shards::{self, Shard};
+use applications::{Estimate, truths};
 use rayon::prelude::*;
 use scenes::LightView;
-use serde::{Deserialize, Serialize};
-use shadow_filtering::{ChannelMap, FilteringError, Kernel, Receiver, Technique, encode, filter};
+use shadow_filtering::{FilteringError, Receiver};
 use std::collections::HashMap;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// A technique prepared for any view.
-pub(crate) enum PreparedTechnique {
-    Prefiltered(Box<Technique>),
-    Comparison(Kernel),
-}
-
-/// A technique prepared for one view.
-pub(crate) enum Shader<'a> {
-    Prefiltered(&'a Technique, ChannelMap<f64>),
-    Comparison(&'a Kernel, &'a View),
-}
-
-impl PreparedTechnique {
-    pub(crate) fn new(settings: &FilterableTechnique) -> Result<Self, EvaluationError> {
-        let method = match (&settings.method, &settings.comparison) {
-            (Some(method), _) => method.build().map(|technique| Self::Prefiltered(Box::new(technique))),
-            (None, Some(kernel)) => kernel.build().map(Self::Comparison),
-            (None, None) => {
-                let reason = format!("technique `{}` needs either `method` or `comparison`", settings.name);
-                return Err(EvaluationError::Value(reason));
-            }
-        };
-        method.map_err(|error| settings.failure(error))
-    }
-
-    pub(crate) fn prepare<'a>(
-        &'a self,
-        view: &'a View,
-        kernel: &Kernel,
-    ) -> Result<Shader<'a>, FilteringError> {
-        Ok(match self {
-            Self::Prefiltered(technique) => {
-                let filtered = filter(&encode(&view.map, technique)?, kernel);
-                Shader::Prefiltered(technique, filtered)
-            }
-            Self::Comparison(own) => Shader::Comparison(own, view),
-        })
-    }
-
-    pub(super) fn is_bound(&self) -> bool {
-        matches!(self, Self::Prefiltered(technique) if technique.is_lower_bound())
-    }
-
-    pub(super) fn bits_per_texel(&self) -> usize {
-        match self {
-            Self::Prefiltered(technique) => technique.bits_per_texel(),
-            // A single-precision depth.
-            Self::Comparison(_) => 32,
-        }
-    }
-}
-
-impl Shader<'_> {
-    /// G at a texel and depth.
-    pub(crate) fn shade(&self, x: usize, y: usize, z: f64) -> Result<f64, FilteringError> {
-        match self {
-            Self::Prefiltered(technique, filtered) => technique.shade(filtered.texel(x, y), z),
-            Self::Comparison(kernel, view) => Ok(kernel.percentage_closer(&view.map, x, y, z)),
-        }
-    }
-}
-
-/// The experiment with everything that does not depend on a view.
-pub(crate) struct FilterablePlan<'a> {
-    pub(crate) experiment: &'a FilterableExperiment,
-    pub(crate) kernel: Kernel,
-    pub(crate) methods: Vec<PreparedTechnique>,
-}
-
-/// Outcomes of one technique on one view, by bias.
-#[derive(Clone, Deserialize, Serialize)]
-pub(super) struct Evaluated {
-    pub(super) by_bias: Vec<Vec<Outcome>>,
-    pub(super) error: String,
-}
-
 impl FilterablePlan<'_> {
-    /// Depth that techniques compare under a bias.
-    pub(crate) fn compared(&self, view: &View, receiver: &Receiver, bias: usize) -> f64 {
-        let settings = &self.experiment.bias[bias].technique;
-        settings.compared(receiver, view.texel_depth, self.experiment.scenery.plane_limit)
-    }
-
-    /// F under a bias.
-    pub(crate) fn reference(&self, view: &View, receiver: &Receiver, bias: usize) -> f64 {
-        let reference = self.experiment.reference(&self.experiment.bias[bias]);
-        reference.intensity(&view.map, &self.kernel, receiver, view.texel_depth)
-    }
-
     fn evaluate(&self, technique: usize, view: &View, truth: &Truth) -> Result<Evaluated, EvaluationError> {
         let settings = &self.experiment.technique[technique];
         let method = &self.methods[technique];
-        let shader = method.prepare(view, &self.kernel).map_err(|error| settings.failure(error))?;
+        let shader = method.prepare(&view.map, &self.kernel).map_err(|error| settings.failure(error))?;
         let few = if settings.is_certified() { self.experiment.certified_fragments } else { usize::MAX };
         let chosen = spread(view.samples.len(), few);
         let one = |&index: &usize| -> Result<Vec<Outcome>, FilteringError> {
@@ -124,8 +37,7 @@ impl FilterablePlan<'_> {
                 g > truth.unbiased[index] + TOLERANCE
             };
             let under = |bias: usize| {
-                let z = self.compared(view, &receiver, bias);
-                let g = shader.shade(receiver.x, receiver.y, z)?;
+                let g = shader.estimate(&self.hard_shadow(view, bias), &receiver)?;
                 Ok(Outcome {
                     error: (g - truth.reference[bias][index]) as f32,
                     leak: (truth.plain[bias][index] - g) as f32,
@@ -167,15 +79,16 @@ struct Truth {
 
 impl Truth {
     fn new(plan: &FilterablePlan<'_>, view: &View) -> Self {
-        let each = |of: &(dyn Fn(&Receiver) -> f64 + Sync)| -> Vec<f64> {
-            view.samples.par_iter().map(|sample| of(&sample.receiver)).collect()
-        };
-        let plain = |r: &Receiver, z: f64| plan.kernel.percentage_closer(&view.map, r.x, r.y, z);
+        let receivers: Vec<Receiver> = view.samples.iter().map(|sample| sample.receiver).collect();
         let biases = 0..plan.experiment.bias.len();
+        let bounded = |bias: usize| {
+            receivers.par_iter().map(|receiver| plan.hard_shadow(view, bias).bounded(receiver)).collect()
+        };
+        let plain = |r: &Receiver| plan.kernel.percentage_closer(&view.map, r.x, r.y, r.depth);
         Self {
-            reference: biases.clone().map(|bias| each(&|r| plan.reference(view, r, bias))).collect(),
-            plain: biases.map(|bias| each(&|r| plain(r, plan.compared(view, r, bias)))).collect(),
-            unbiased: each(&|r| plain(r, r.depth)),
+            reference: biases.clone().map(|bias| truths(&plan.hard_shadow(view, bias), &receivers)).collect(),
+            plain: biases.map(bounded).collect(),
+            unbiased: receivers.par_iter().map(plain).collect(),
         }
     }
 }
@@ -206,12 +119,6 @@ impl FilterablePlan<'_> {
 }
 
 impl FilterableExperiment {
-    fn plan(&self) -> Result<FilterablePlan<'_>, EvaluationError> {
-        let kernel = self.scenery.filter()?;
-        let methods = self.technique.iter().map(PreparedTechnique::new).collect::<Result<_, _>>()?;
-        Ok(FilterablePlan { experiment: self, kernel, methods })
-    }
-
     /// Evaluates view by view; the first one is timed as well.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;

@@ -1,14 +1,13 @@
 //! Signed error maps in light space: one grey PNG per technique and view, 128 where G = F, one step 1/127 of intensity,
 //! darker where light leaks, brighter where the shadow is too dark. A texel shows its fragment of largest error.
 
-use super::evaluate::FilterablePlan;
+use super::plan::FilterablePlan;
 use super::view::View;
 use crate::error::EvaluationError;
 use crate::experiment::keys::words;
 use crate::run_directory::RecordedFile;
+use applications::errors;
 use image::{GrayImage, ImageFormat, Luma};
-use rayon::prelude::*;
-use shadow_filtering::Receiver;
 use std::io::Cursor;
 
 /// The maps of a view, if the experiment wants any.
@@ -17,18 +16,14 @@ pub(crate) fn draw(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<Recorde
     if !settings.covers(&view.scene, &view.name) {
         return Ok(Vec::new());
     }
-    let truth: Vec<f64> =
-        view.receivers.par_iter().map(|receiver| plan.reference(view, receiver, 0)).collect();
+    let application = plan.hard_shadow(view, 0);
     let mut files = Vec::new();
     let techniques = plan.experiment.technique.iter().zip(&plan.methods);
     for (technique, method) in techniques.filter(|(technique, _)| settings.shows(technique)) {
         let fail = |error| technique.failure(error);
-        let shader = method.prepare(view, &plan.kernel).map_err(fail)?;
-        let shade =
-            |receiver: &Receiver| shader.shade(receiver.x, receiver.y, plan.compared(view, receiver, 0));
-        let shaded: Vec<f64> =
-            view.receivers.par_iter().map(shade).collect::<Result<_, _>>().map_err(fail)?;
-        let image = reduced(view, settings.size, shaded.iter().zip(&truth).map(|(g, f)| g - f));
+        let shader = method.prepare(&view.map, &plan.kernel).map_err(fail)?;
+        let errors = errors(&application, &shader, &view.receivers).map_err(fail)?;
+        let image = reduced(view, settings.size, &errors);
         let mut bytes = Vec::new();
         image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).map_err(|error| {
             EvaluationError::Table { table: "error maps".to_owned(), reason: error.to_string() }
@@ -46,12 +41,12 @@ pub fn map_name(scene: &str, view: &str, technique: &str) -> String {
 }
 
 /// The error of largest size in each block of texels, as grey.
-fn reduced(view: &View, limit: u32, errors: impl Iterator<Item = f64>) -> GrayImage {
+fn reduced(view: &View, limit: u32, errors: &[f64]) -> GrayImage {
     let size = view.map.width().max(view.map.height());
     let block = size.div_ceil(limit.max(1) as usize).max(1);
     let (width, height) = (view.map.width().div_ceil(block), view.map.height().div_ceil(block));
     let mut worst = vec![0.0f64; width * height];
-    for (receiver, error) in view.receivers.iter().zip(errors) {
+    for (receiver, &error) in view.receivers.iter().zip(errors) {
         let value = &mut worst[receiver.y / block * width + receiver.x / block];
         if error.abs() > value.abs() {
             *value = error;

@@ -8,6 +8,7 @@ mod agreement;
 mod evaluate;
 mod maps;
 mod picture;
+mod plan;
 mod records;
 mod settings;
 mod statistics;

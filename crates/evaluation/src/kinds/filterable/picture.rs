@@ -1,12 +1,13 @@
 //! The picture of a single kernel: F and the techniques over all fragment depths (MSM15 Figure 2).
 
-use super::evaluate::FilterablePlan;
+use super::plan::FilterablePlan;
 use super::records::{CurveRecord, PictureRecord};
 use super::settings::Picture;
 use super::view::View;
 use crate::error::EvaluationError;
 use crate::fragments::LoadedScene;
 use crate::statistics::rounded;
+use applications::{Application, Estimate};
 use serde::{Deserialize, Serialize};
 
 /// Fragment depths from 0 to 1.
@@ -63,7 +64,7 @@ fn draw_one(
     for name in &picture.techniques {
         let both = plan.experiment.technique.iter().zip(&plan.methods);
         for (settings, method) in both.filter(|(settings, _)| settings.name == *name) {
-            let shader = method.prepare(view, &plan.kernel).map_err(|error| settings.failure(error))?;
+            let shader = method.prepare(&view.map, &plan.kernel).map_err(|error| settings.failure(error))?;
             shaders.push((name, shader));
         }
     }
@@ -72,9 +73,9 @@ fn draw_one(
         Some([x, y]) => (x as usize, y as usize, None),
         None => {
             let error = |sample: &super::view::Sample| {
-                let r = &sample.receiver;
-                let g = shaders[0].1.shade(r.x, r.y, plan.compared(view, r, 0)).unwrap_or_default();
-                (g - plan.reference(view, r, 0)).abs()
+                let application = plan.hard_shadow(view, 0);
+                let g = shaders[0].1.estimate(&application, &sample.receiver).unwrap_or_default();
+                (g - application.truth(&sample.receiver)).abs()
             };
             let worst = view.samples.iter().max_by(|a, b| error(a).total_cmp(&error(b)));
             worst.map_or((0, 0, None), |sample| {

@@ -3,11 +3,12 @@
 use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::{BiasSetting, SceneSettings};
+use crate::fragments::{SceneSettings, check_bias};
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
+use applications::{BiasSetting, ShadowMethod};
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{FilteringError, KernelSpec, Reference, SurfaceCounter, TechniqueSpec};
+use shadow_filtering::{FilteringError, KernelSpec, SurfaceCounter, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -135,7 +136,7 @@ impl Settings for FilterableExperiment {
         }
         SurfaceCounter::new(self.surface_gap, self.scenery.plane_limit).map_err(in_key(""))?;
         for (i, bias) in self.bias.iter().enumerate() {
-            bias.check(&format!("bias[{i}]"))?;
+            check_bias(bias, &format!("bias[{i}]"))?;
         }
         check_roles(&self.technique, "technique")?;
         unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
@@ -216,11 +217,6 @@ impl FilterableExperiment {
             None => Ok(()),
         }
     }
-
-    /// How F is computed under a bias.
-    pub(crate) fn reference(&self, bias: &BiasSetting) -> Reference {
-        Reference { bias: bias.reference, plane_limit: self.scenery.plane_limit }
-    }
 }
 
 impl MapSettings {
@@ -241,6 +237,21 @@ impl FilterableTechnique {
     /// The error with the technique's name.
     pub(crate) fn failure(&self, error: FilteringError) -> EvaluationError {
         EvaluationError::Value(format!("technique `{}`: {error}", self.name))
+    }
+
+    /// The technique, ready for any view.
+    pub(super) fn prepared(&self) -> Result<ShadowMethod, EvaluationError> {
+        let method = match (&self.method, &self.comparison) {
+            (Some(method), _) => {
+                method.build().map(|technique| ShadowMethod::Prefiltered(Box::new(technique)))
+            }
+            (None, Some(kernel)) => kernel.build().map(ShadowMethod::Comparison),
+            (None, None) => {
+                let reason = format!("technique `{}` needs either `method` or `comparison`", self.name);
+                return Err(EvaluationError::Value(reason));
+            }
+        };
+        method.map_err(|error| self.failure(error))
     }
 
     /// Whether a linear program is solved for each fragment.

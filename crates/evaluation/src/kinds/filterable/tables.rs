@@ -1,7 +1,7 @@
 //! What is kept of the views, and the rows that they are pooled into.
 
-use super::evaluate::{Evaluated, FilterablePlan};
 use super::picture;
+use super::plan::FilterablePlan;
 use super::records::{AgreementRecord, FilterableRecord, FilterableSample, ViewRecord};
 use super::statistics::{Group, Outcome, record};
 use super::view::CLASSES;
@@ -10,6 +10,13 @@ use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::shards;
 use serde::{Deserialize, Serialize};
+
+/// Outcomes of one technique on one view, by bias.
+#[derive(Clone, Deserialize, Serialize)]
+pub(super) struct Evaluated {
+    pub(super) by_bias: Vec<Vec<Outcome>>,
+    pub(super) error: String,
+}
 
 /// What is kept of a view.
 #[derive(Clone, Deserialize, Serialize)]

@@ -1,9 +1,10 @@
 //! Timings on one thread, after all errors of the first view are known.
 
-use super::evaluate::{FilterablePlan, PreparedTechnique};
+use super::plan::FilterablePlan;
 use super::records::FilterableSample;
 use super::view::View;
 use crate::error::EvaluationError;
+use applications::{Estimate, ShadowMethod};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -29,15 +30,15 @@ pub(crate) fn time(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<Filtera
                     });
                 };
                 let begin = Instant::now();
-                let shader = method.prepare(view, &plan.kernel).map_err(|e| settings.failure(e))?;
-                if matches!(method, PreparedTechnique::Prefiltered(_)) {
+                let shader = method.prepare(&view.map, &plan.kernel).map_err(|e| settings.failure(e))?;
+                if matches!(method, ShadowMethod::Prefiltered(_)) {
                     push("filter", view.map.depths().len(), begin);
                 }
+                let application = plan.hard_shadow(view, 0);
                 let begin = Instant::now();
                 for sample in &view.samples {
-                    let r = &sample.receiver;
                     // A failure was recorded with the errors.
-                    let _ = black_box(shader.shade(r.x, r.y, plan.compared(view, r, 0)));
+                    let _ = black_box(shader.estimate(&application, &sample.receiver));
                 }
                 push("shade", view.samples.len(), begin);
             }

@@ -61,11 +61,11 @@ struct Means {
 const VISIBLE: f64 = 1.0 / 255.0;
 
 impl<'a> Fragments<'a> {
-    pub(crate) fn new(experiment: &QuantizationExperiment, views: &'a [StoredView], kernel: &Kernel) -> Self {
+    pub(crate) fn new(views: &'a [StoredView], kernel: &Kernel) -> Self {
         let all = |of: &dyn Fn(&StoredView) -> Vec<f64>| views.iter().flat_map(of).collect();
         Self {
             views,
-            reference: all(&|view| view.reference(experiment, kernel)),
+            reference: all(&|view| view.reference(kernel)),
             plain: all(&|view| view.plain(kernel)),
             depths: all(&|view| view.depths.clone()),
         }

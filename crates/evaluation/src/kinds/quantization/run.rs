@@ -36,7 +36,7 @@ impl QuantizationExperiment {
         for (done, variant) in variants.iter().enumerate() {
             let known = by_kernel.iter().position(|(name, _)| *name == variant.kernel_name);
             let place = known.unwrap_or_else(|| {
-                let fragments = Fragments::new(self, &views, &variant.kernel);
+                let fragments = Fragments::new(&views, &variant.kernel);
                 by_kernel.push((variant.kernel_name.clone(), fragments));
                 by_kernel.len() - 1
             });

@@ -4,12 +4,13 @@ use super::variant::Variant;
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::{BiasSetting, SceneSettings};
+use crate::fragments::{SceneSettings, check_bias};
 use crate::run::Recorded;
+use applications::BiasSetting;
 use moment_problem::Basis;
 use quantization::Structure;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{KernelSpec, Range, Reference, TechniqueSpec};
+use shadow_filtering::{KernelSpec, Range, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -135,7 +136,7 @@ impl Settings for QuantizationExperiment {
         }
         self.alphas.check()?;
         let kernel = self.scenery.filter()?;
-        self.bias.check("bias")?;
+        check_bias(&self.bias, "bias")?;
         for (i, gain) in self.gain.iter().enumerate() {
             let key = format!("gain[{i}].basis");
             if let Err(error) = gain.basis.parse::<Basis>() {
@@ -191,11 +192,6 @@ impl QuantizationExperiment {
     /// The filter of a way to store moments.
     pub(crate) fn kernel_of(&self, store: &StoreSetting) -> KernelSpec {
         store.kernel.unwrap_or(self.scenery.kernel)
-    }
-
-    /// How F is computed.
-    pub(crate) fn reference(&self) -> Reference {
-        Reference { bias: self.bias.reference, plane_limit: self.scenery.plane_limit }
     }
 }
 

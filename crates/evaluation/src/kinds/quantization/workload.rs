@@ -5,6 +5,7 @@ use super::settings::QuantizationExperiment;
 use crate::error::EvaluationError;
 use crate::fragments::{Lit, LoadedScene, chosen};
 use crate::statistics::rounded;
+use applications::{BiasSetting, HardShadow, truths};
 use rayon::prelude::*;
 use shadow_filtering::{DepthMap, Kernel, Receiver};
 
@@ -15,6 +16,8 @@ pub(crate) struct StoredView {
     /// Depth that techniques compare.
     pub(crate) depths: Vec<f64>,
     texel_depth: f64,
+    bias: BiasSetting,
+    plane_limit: f64,
     scene: String,
     view: String,
     fragments: usize,
@@ -35,33 +38,39 @@ impl StoredView {
                 let fragments = receivers.len();
                 let indices = chosen(fragments, experiment.scenery.fragments, experiment.seed, views.len());
                 let receivers: Vec<Receiver> = indices.into_iter().map(|index| receivers[index]).collect();
-                let (bias, limit) = (experiment.bias.technique, experiment.scenery.plane_limit);
-                let compared = |r: &Receiver| bias.compared(r, texel_depth, limit);
-                views.push(Self {
-                    depths: receivers.iter().map(compared).collect(),
+                let mut view = Self {
                     map,
                     receivers,
+                    depths: Vec::new(),
                     texel_depth,
+                    bias: experiment.bias,
+                    plane_limit: experiment.scenery.plane_limit,
                     scene: scene.label.to_owned(),
                     view: light.name.clone(),
                     fragments,
-                });
+                };
+                let application = view.hard_shadow(&kernel);
+                view.depths = view.receivers.iter().map(|r| application.compared(r)).collect();
+                views.push(view);
             }
         }
         Ok(views)
     }
 
+    fn hard_shadow<'a>(&'a self, kernel: &'a Kernel) -> HardShadow<'a> {
+        let Self { map, texel_depth, bias, plane_limit, .. } = self;
+        HardShadow { map, kernel, texel_depth: *texel_depth, bias: *bias, plane_limit: *plane_limit }
+    }
+
     /// F of all sampled fragments for one kernel.
-    pub(crate) fn reference(&self, experiment: &QuantizationExperiment, kernel: &Kernel) -> Vec<f64> {
-        let reference = experiment.reference();
-        let of = |r: &Receiver| reference.intensity(&self.map, kernel, r, self.texel_depth);
-        self.receivers.par_iter().map(of).collect()
+    pub(crate) fn reference(&self, kernel: &Kernel) -> Vec<f64> {
+        truths(&self.hard_shadow(kernel), &self.receivers)
     }
 
     /// PCF of all sampled fragments at the depth that techniques compare, without a receiver plane.
     pub(crate) fn plain(&self, kernel: &Kernel) -> Vec<f64> {
-        let rows = self.receivers.par_iter().zip(&self.depths);
-        rows.map(|(r, &z)| kernel.percentage_closer(&self.map, r.x, r.y, z)).collect()
+        let application = self.hard_shadow(kernel);
+        self.receivers.par_iter().map(|receiver| application.bounded(receiver)).collect()
     }
 
     /// The row of views.csv; `reference` is F of the samples.

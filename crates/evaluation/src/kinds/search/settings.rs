@@ -4,13 +4,13 @@ use super::run::Prediction;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::{BiasSetting, SceneSettings};
+use crate::fragments::{SceneSettings, check_bias};
 use crate::kinds::filterable::FilterableTechnique;
 use crate::run::Recorded;
+use applications::BiasSetting;
 use moment_problem::fast_simplex::MAX_ROWS;
 use moment_problem::{Basis, BasisFunction};
 use serde::{Deserialize, Serialize};
-use shadow_filtering::Reference;
 
 /// Cells of the support; the upper limit keeps one program in the second-level cache.
 const CELLS: std::ops::RangeInclusive<usize> = 16..=4096;
@@ -122,8 +122,7 @@ impl Settings for SearchExperiment {
             let reason = format!("tolerance = {} is not between 1e-9 and 1e-2", self.tolerance);
             return Err(EvaluationError::key("tolerance", reason));
         }
-        self.reference().check().map_err(in_key("bias.reference"))?;
-        self.bias.check("bias")?;
+        check_bias(&self.bias, "bias")?;
         let family = self.functions()?;
         if self.orders.is_empty() {
             return Err(EvaluationError::key("orders", "orders is empty"));
@@ -200,11 +199,6 @@ impl SearchExperiment {
             functions.push(function);
         }
         Ok(functions)
-    }
-
-    /// How F is computed with a receiver plane.
-    pub(crate) fn reference(&self) -> Reference {
-        Reference { bias: self.bias.reference, plane_limit: self.scenery.plane_limit }
     }
 
     /// Fragments a view over all blocks.

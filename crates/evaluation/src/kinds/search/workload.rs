@@ -4,6 +4,7 @@ use super::settings::{SearchExperiment, SearchReference};
 use crate::error::EvaluationError;
 use crate::fragments::{Lit, LoadedScene, chosen};
 use crate::statistics::Running;
+use applications::{Application, HardShadow};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
@@ -256,8 +257,9 @@ impl Builder<'_> {
         scratch: &mut Vec<f64>,
     ) -> Result<Sampled, String> {
         let experiment = self.experiment;
-        let limit = experiment.scenery.plane_limit;
-        let z = experiment.bias.technique.compared(receiver, unit, limit);
+        let (bias, plane_limit) = (experiment.bias, experiment.scenery.plane_limit);
+        let application = HardShadow { map, kernel: &self.kernel, texel_depth: unit, bias, plane_limit };
+        let z = application.compared(receiver);
         let step = snap(z, experiment.cells);
         let taps: Vec<(f64, f64)> = self
             .kernel
@@ -269,11 +271,9 @@ impl Builder<'_> {
         let kernel = SupportDistribution::snapped(taps.iter().copied(), experiment.cells, scratch);
         let mass_before = kernel.cdf(step as u16);
         let (exact, reference) = match experiment.reference {
-            SearchReference::Plain => {
-                (self.kernel.percentage_closer(map, receiver.x, receiver.y, z), mass_before)
-            }
+            SearchReference::Plain => (application.bounded(receiver), mass_before),
             SearchReference::Plane => {
-                let plane = experiment.reference().intensity(map, &self.kernel, receiver, unit);
+                let plane = application.truth(receiver);
                 (plane, plane)
             }
         };

@@ -4,6 +4,7 @@
 use super::records::OrderRecord;
 use super::scenery::{SceneView, SpeedPlan};
 use crate::statistics::rounded;
+use applications::Application;
 use moment_problem::MomentBound;
 use nalgebra::{Matrix5, SymmetricEigen};
 use rayon::prelude::*;
@@ -56,10 +57,10 @@ pub(crate) fn needed(plan: &SpeedPlan<'_>, view: &SceneView, number: usize) -> O
         let moments = moments(&view.map, &plan.kernel, (receiver.x, receiver.y));
         // The last bias is the largest: at the receiver's own depth its own surface would be the gap.
         let bias = plan.experiment.biases.last().copied().unwrap_or_default();
-        let z = bias.compared(receiver, view.texel_depth, plan.experiment.scenery.plane_limit);
+        let application = plan.hard_shadow(&view.map, view.texel_depth, bias);
+        let z = application.compared(receiver);
         let pairs = ORDERS.map(|bound| bound.bounds(&moments[1..], 2.0 * z - 1.0));
-        let truth =
-            plan.experiment.reference_of().intensity(&view.map, &plan.kernel, receiver, view.texel_depth);
+        let truth = application.truth(receiver);
         Need {
             rank: rank(&moments, settings.rank_tolerance),
             gaps: pairs.map(|pair| pair.upper - pair.lower),

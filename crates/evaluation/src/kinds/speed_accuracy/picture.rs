@@ -6,9 +6,10 @@ use super::settings::PictureSetting;
 use crate::error::EvaluationError;
 use crate::fragments::{LoadedScene, Source};
 use crate::run_directory::RecordedFile;
+use applications::Application;
 use image::{DynamicImage, ImageFormat, RgbaImage, imageops};
 use rayon::prelude::*;
-use shadow_filtering::{DepthBias, FilteringError, Position, Receiver, Reference};
+use shadow_filtering::{FilteringError, Position, Receiver};
 use shadow_renderer::{Frame, LightFrame, NO_TRIANGLE};
 use std::io::Cursor;
 
@@ -47,13 +48,12 @@ impl SpeedPlan<'_> {
             LightFrame::fit(scene, light.direction, experiment.scenery.size, experiment.scenery.size)
                 .map_err(|error| fail(error.to_string()))?;
         let surfaces = Surfaces { frame: &frame, light: &fitted };
-        let reference = Reference { bias: experiment.reference, plane_limit: experiment.scenery.plane_limit };
-        let mut columns = vec![frame.shade(
-            light.direction,
-            &surfaces.visibility(|receiver, _| {
-                reference.intensity(&lit.map, &self.kernel, receiver, lit.texel_depth) as f32
-            }),
-        )];
+        let application = self.hard_shadow(&lit.map, lit.texel_depth, picture.bias);
+        let mut columns =
+            vec![frame.shade(
+                light.direction,
+                &surfaces.visibility(|receiver, _| application.truth(receiver) as f32),
+            )];
         for name in &picture.techniques {
             let candidate = self
                 .candidates
@@ -69,9 +69,7 @@ impl SpeedPlan<'_> {
                 let mut moments = vec![0.0f32; channels];
                 // A filtered map has an answer everywhere.
                 let _ = technique.moments(&filtered, at, &mut moments);
-                let bias: DepthBias = picture.bias;
-                let z = bias.compared(receiver, lit.texel_depth, experiment.scenery.plane_limit);
-                candidate.bounds(&moments, 0, z as f32)[0]
+                candidate.bounds(&moments, 0, application.compared(receiver) as f32)[0]
             });
             columns.push(frame.shade(light.direction, &visibility));
         }

@@ -5,6 +5,7 @@ use super::settings::{Blend, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
 use crate::fragments::{LoadedScene, chosen};
 use crate::statistics::Sums;
+use applications::{Application, BiasSetting, HardShadow};
 use rayon::prelude::*;
 use shadow_filtering::{
     DepthBias, DepthMap, FilteringError, Kernel, KernelField, Position, Receiver, StoredField,
@@ -90,13 +91,22 @@ impl<'a> SpeedPlan<'a> {
         Ok(views)
     }
 
+    /// The application on the reference's map, for techniques of some bias.
+    pub(crate) fn hard_shadow<'b>(
+        &'b self,
+        map: &'b DepthMap,
+        texel_depth: f64,
+        technique: DepthBias,
+    ) -> HardShadow<'b> {
+        let bias = BiasSetting { reference: self.experiment.reference, technique };
+        let plane_limit = self.experiment.scenery.plane_limit;
+        HardShadow { map, kernel: &self.kernel, texel_depth, bias, plane_limit }
+    }
+
     /// F of fragments of a view.
     pub(crate) fn reference(&self, view: &SceneView, fragments: &[u32]) -> Vec<f32> {
-        let reference = self.experiment.reference_of();
-        let one = |&fragment: &u32| {
-            let receiver = &view.receivers[fragment as usize];
-            reference.intensity(&view.map, &self.kernel, receiver, view.texel_depth) as f32
-        };
+        let application = self.hard_shadow(&view.map, view.texel_depth, DepthBias::default());
+        let one = |&fragment: &u32| application.truth(&view.receivers[fragment as usize]) as f32;
         fragments.par_iter().map(one).collect()
     }
 

@@ -8,7 +8,7 @@ use crate::fragments::{MAX_SIZE, SceneSettings};
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{DepthBias, KernelSpec, Reference, TechniqueSpec};
+use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -245,7 +245,7 @@ impl Settings for SpeedAccuracyExperiment {
                 return fail(&key, format!("{key} = {divisor} leaves {map} texels, no more than the kernel"));
             }
         }
-        self.reference_of().check().map_err(in_key("reference"))?;
+        self.reference.check().map_err(in_key("reference"))?;
         for (i, bias) in self.biases.iter().enumerate() {
             bias.check().map_err(in_key(&format!("biases[{i}]")))?;
         }
@@ -362,11 +362,6 @@ impl SpeedAccuracyExperiment {
             }
         }
         picture.bias.check().map_err(in_key(place))
-    }
-
-    /// How F is computed.
-    pub(crate) fn reference_of(&self) -> Reference {
-        Reference { bias: self.reference, plane_limit: self.scenery.plane_limit }
     }
 
     /// A kernel of the same extent in the scene on a map whose side is divided.
