@@ -18,7 +18,7 @@ pub struct Arguments {
     /// Bias: bounds are those of (1 - alpha) b + alpha b* (MSM15 section 4.2), from 0 to 1.
     #[arg(long, allow_hyphen_values = true)]
     alpha: Option<f64>,
-    /// b* of the bias, separated by commas; without it the moments of depths 0 and 1 in equal parts.
+    /// b* of the bias, separated by commas; without it the moments of evenly spread depths.
     #[arg(long, allow_hyphen_values = true, value_name = "B1,B2,..")]
     bias_vector: Option<String>,
     /// Round the moments as a texture of this format does: unorm16, f16, f32 or unorm10.
@@ -54,11 +54,17 @@ const MOST_MOMENTS_REPAIRED: usize = 8;
 /// Halvings of the logarithm of alpha: two digits of it.
 const HALVINGS: usize = 14;
 
+/// Depths of b* unless it is given. As many as these lie inside the set of moments of any basis, so that a bias repairs
+/// moments that miss the set anywhere; those of the ends of \[0, 1\] (MSM15 section 4.2) lie on its border.
+const SPREAD: usize = 64;
+
 impl Arguments {
     /// b*.
     fn bias(&self, basis: &Basis) -> Result<Vec<f64>, Failure> {
         let Some(text) = &self.bias_vector else {
-            return Ok(Target::ends(basis, DepthInterval::UNIT).moments);
+            let depth = |i: usize| (i as f64 + 0.5) / SPREAD as f64;
+            let depths: Vec<f64> = (0..SPREAD).map(depth).collect();
+            return Ok(Target::new(basis, &depths, &[1.0 / SPREAD as f64; SPREAD]).moments);
         };
         let vector = text.split(',').map(|number| parse_number(number, "--bias-vector"));
         let vector: Vec<f64> = vector.collect::<Result<_, _>>()?;
