@@ -118,7 +118,9 @@ mod tests {
         let scenes = ["a/scene.gltf", "b/scene.gltf", "stairs", "x y/b.glb", "x/y/b.glb"];
         let settings = named(&scenes);
         let names = scenes.map(|scene| settings.words(scene));
-        assert_eq!(names, ["a-scene", "b-scene", "stairs", "x-y-b-4", "y-b"]);
+        assert_eq!(names, ["a-scene", "b-scene", "stairs", "x-y-b", "y-b"]);
+        let alike = ["a b/c.glb", "a-b/c.glb"];
+        assert_eq!(alike.map(|scene| named(&alike).words(scene)), ["a-b-c-1", "a-b-c-2"]);
         assert_eq!(named(&scenes[..1]).words(scenes[0]), "scene");
         assert_eq!(settings.words("../my scenes/Tower.glb"), "tower");
     }
