@@ -110,6 +110,13 @@ fn a_recommendation_holds_on_all_fragments_and_nothing_cheaper_does() {
             );
             let better = &advice["next_better"];
             assert!(better.is_null() || better["l1_error"].as_f64() < chosen["l1_error"].as_f64());
+            let mut costlier = rows.iter().filter(|row| number(row, "cost") > cost + 1e-6);
+            if costlier.any(|row| number(row, "l1_error") < error - 1e-6) {
+                assert!(
+                    !better.is_null(),
+                    "{scene}, {tolerance}: a costlier candidate errs less than {chosen}"
+                );
+            }
         }
     }
 }

@@ -31,12 +31,18 @@ fn directory(name: &str) -> PathBuf {
 
 /// Bad input: exit code 2, nothing on standard output, one line on standard error that contains `needle`.
 fn rejected(arguments: &[&str], needle: &str) {
+    let message = rejected_text(arguments);
+    assert!(message.contains(needle), "{arguments:?}: {message}");
+}
+
+/// The line of a refusal.
+fn rejected_text(arguments: &[&str]) -> String {
     let output = msm(arguments);
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
     assert!(output.stdout.is_empty(), "{arguments:?}");
     assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
-    assert!(message.contains(needle), "{arguments:?}: {message}");
+    message
 }
 
 const TWO: &str = "0.2:0.5,0.7:0.5";
@@ -126,6 +132,55 @@ fn moments_give_the_bounds_of_their_atoms() {
         assert!((number(&answer, "lower") - expected).abs() < 1e-12, "{answer}");
         assert_eq!(answer["solver"], "Chebyshev");
     }
+}
+
+#[test]
+fn moments_as_a_texture_holds_them_are_bounded_once_they_are_biased() {
+    // Four moments of one surface at 0.3 in single precision, which no distribution has.
+    let stored = "0.30000001192,0.09000000358,0.02699999884,0.00810000021";
+    let command = ["bound", "--basis", "power:4", "--moments", stored, "--depth", "0.5"];
+    let message = rejected_text(&command);
+    assert!(message.contains("miss") && message.contains("--alpha"), "{message}");
+    let alpha = message.split("--alpha ").nth(1).unwrap().split(' ').next().unwrap();
+    let answer = json(&[&command[..], &["--alpha", alpha]].concat());
+    // All of the surface lies before z_f; the bias takes little of it.
+    assert!(number(&answer, "lower_proved") > 0.9 && number(&answer, "lower") <= 1.0, "{answer}");
+    assert!((number(&answer, "lower") - number(&answer, "lower_proved")).abs() < 1e-8, "{answer}");
+    assert_eq!(answer["bias_vector"].as_array().unwrap().len(), 4);
+    for format in ["unorm16", "f16", "f32"] {
+        let command = ["bound", "--basis", "trig:2", "--atoms", TWO, "--depth", "0.5", "--storage", format];
+        let answer = json(&[&command[..], &["--alpha", "0.01"]].concat());
+        assert_eq!(answer["storage"], format);
+        assert_eq!(answer["transform"], if format == "unorm16" { "plain" } else { "identity" });
+        assert!(number(&answer, "lower_proved") < number(&answer, "F") + 0.01, "{answer}");
+    }
+    let theta = ["bound", "--basis", "power:4", "--atoms", TWO, "--depth", "0.5", "--storage", "unorm16"];
+    let answer = json(
+        &[
+            &theta[..],
+            &[
+                "--transform",
+                "MSM15 theta_4",
+                "--alpha",
+                "1e-3",
+                "--bias-vector",
+                "0.5,0.375,0.3125,0.2734375",
+            ],
+        ]
+        .concat(),
+    );
+    assert_eq!(answer["transform"], "MSM15 theta_4");
+    rejected(&[&theta[..], &["--transform", "no such"]].concat(), "no such");
+    rejected(&[&theta[..], &["--alpha", "2"]].concat(), "--alpha 2");
+    rejected(&[&theta[..], &["--alpha", "0.1", "--bias-vector", "1,2"]].concat(), "2 numbers");
+}
+
+#[test]
+fn a_number_with_an_exponent_is_a_number() {
+    let command = ["bound", "--atoms", "0.2:0.5,0.45:0.2,0.7:0.3", "--depth", "0.6"];
+    let answer = json(&[&command[..], &["--basis", "z,exp(1e1z)"]].concat());
+    assert!((number(&answer, "lower") - 0.335874595723).abs() < 1e-9, "{answer}");
+    rejected(&[&command[..], &["--basis", "z,exp(1 e1z)"]].concat(), "1*e*1");
 }
 
 #[test]
@@ -234,6 +289,13 @@ fn quantize_keeps_its_contract() {
     let human = msm(&["quantize", "--basis", "trig:1", "--depth-range", "0.25,0.75", "--language", "hlsl"]);
     let text = String::from_utf8(human.stdout).unwrap();
     assert!(text.contains("[0.25, 0.75]") && text.contains("void dequantise(const float s[2]"), "{text}");
+}
+
+#[test]
+fn quantize_does_not_depend_on_the_unit_of_depth() {
+    let metres = json(&["quantize", "--order", "6", "--depth-range", "0.3,1000", "--starts", "48"]);
+    assert!((number(&metres, "gain_bits") - 30.587).abs() < 1e-3, "{metres}");
+    assert!(number(&metres, "range_min") > -1e-9 && number(&metres, "range_max") < 1.0 + 1e-9, "{metres}");
 }
 
 #[test]

@@ -8,7 +8,7 @@
 use libtest_mimic::{Arguments, Trial};
 use moment_problem::arithmetic::{FloatFloat, Real};
 use moment_problem::hamburger::{hamburger, hamburger4};
-use moment_problem::hausdorff::hausdorff4;
+use moment_problem::hausdorff::hausdorff4_biased;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -178,10 +178,10 @@ static CASES: [Case; 15] = [
 ];
 
 impl Case {
-    /// The biased moments of a row.
-    fn moments<R: Real>(&self, row: &Row) -> Vec<R> {
+    /// The moments of a row without bias.
+    fn decoded<R: Real>(&self, row: &Row) -> Vec<R> {
         let number = |value: f32| R::from_f64(f64::from(value));
-        let b: Vec<R> = match &self.storage {
+        match &self.storage {
             Storage::Plain => row.inputs.iter().map(|&value| number(value)).collect(),
             Storage::Codes { offset, inverse } => {
                 let stored: Vec<R> = row
@@ -196,7 +196,13 @@ impl Case {
                 };
                 inverse.iter().map(decoded).collect()
             }
-        };
+        }
+    }
+
+    /// The biased moments of a row.
+    fn moments<R: Real>(&self, row: &Row) -> Vec<R> {
+        let number = |value: f32| R::from_f64(f64::from(value));
+        let b = self.decoded::<R>(row);
         let bias = |(&b, &t): (&R, &f32)| b + number(row.alpha) * (number(t) - b);
         b.iter().zip(self.target).map(bias).collect()
     }
@@ -207,7 +213,12 @@ impl Case {
         }
         let (b, z_f) = (self.moments::<R>(row), R::from_f64(f64::from(row.z_f)));
         let lower = match b.len() {
-            4 if self.file.contains("hausdorff") => hausdorff4(&array(&b), z_f).lower,
+            4 if self.file.contains("hausdorff") => {
+                let target =
+                    array(&self.target.iter().map(|&t| R::from_f64(f64::from(t))).collect::<Vec<R>>());
+                let alpha = R::from_f64(f64::from(row.alpha));
+                hausdorff4_biased(&array(&self.decoded(row)), &target, alpha, z_f).lower
+            }
             4 => hamburger4(&array(&b), z_f).lower,
             6 => hamburger(&array::<R, 6>(&b), z_f).lower,
             _ => hamburger(&array::<R, 8>(&b), z_f).lower,
@@ -245,6 +256,12 @@ fn compare(case: &Case, path: &Path) {
         let below = |i: usize| mine[i] <= theirs[i].max(LAST_PLACE);
         assert!(below(0) && below(1) && mine[2] <= theirs[2], "{file}, {kind}: {mine:?} {theirs:?}");
         assert!(mine[2] == 0.0, "{file}, {kind}");
+        // In plain single floats the biased form is no worse than the others, on the whole.
+        if file.contains("hausdorff") && kind == "all kinds" {
+            // The 99th percentile of 16 bits lies where both round the same codes: a hundredth is no difference.
+            let (p99, share) = (theirs[1] * 1.01, theirs[2]);
+            assert!(single[1] <= p99 && single[2] <= share, "{file}: {single:?} {theirs:?}");
+        }
     }
 }
 

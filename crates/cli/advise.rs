@@ -74,14 +74,15 @@ fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
     )?;
     writeln!(out)?;
     writeln!(out, "                 error   interval           cost    map")?;
-    for (title, choice) in [
-        ("use", &advice.recommendation),
-        ("next cheaper", &advice.next_cheaper),
-        ("next better", &advice.next_better),
+    let sought = advice.recommendation.is_some();
+    for (title, choice, none) in [
+        ("use", &advice.recommendation, "none meets the tolerance"),
+        ("next cheaper", &advice.next_cheaper, if sought { "none is cheaper" } else { "not sought" }),
+        ("next better", &advice.next_better, "none of the costlier ones erred less"),
     ] {
         match choice {
             Some(choice) => write_choice(out, title, choice)?,
-            None => writeln!(out, "{title:<14}  none")?,
+            None => writeln!(out, "{title:<14}  {none}")?,
         }
     }
     writeln!(out)?;

@@ -10,6 +10,7 @@ mod report;
 mod reproduce;
 mod run;
 mod staging;
+mod storage;
 
 use clap::{Parser, Subcommand};
 use outcome::Failure;

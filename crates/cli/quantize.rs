@@ -106,6 +106,8 @@ struct Answer {
     basis: String,
     structure: StructureName,
     depth_range: [f64; 2],
+    /// Depths over which the functions run: those of `depth_range`, or where these are to be mapped first.
+    transform_depths: [f64; 2],
     starts: usize,
     starts_at_best: usize,
     seed: u64,
@@ -137,7 +139,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let theta = &optimum.transform;
     let m = theta.order();
     let rows = |entries: &[f64]| -> Vec<Vec<f64>> { entries.chunks_exact(m).map(<[f64]>::to_vec).collect() };
-    let code = |language| snippet(language, &basis, interval, theta);
+    let code = |language| snippet(language, &basis, interval, optimum.depths, theta);
     let answer = Answer {
         gain_bits: optimum.gain_bits,
         matrix: rows(theta.matrix()),
@@ -151,6 +153,7 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         basis: basis.to_string(),
         structure: arguments.structure,
         depth_range: [interval.start(), interval.end()],
+        transform_depths: [optimum.depths.start(), optimum.depths.end()],
         starts: optimum.starts,
         starts_at_best: optimum.hits,
         seed: arguments.seed,
@@ -178,10 +181,21 @@ fn write_table(out: &mut dyn Write, answer: &Answer) -> io::Result<()> {
     writeln!(out, "range    from {:.1e} to 1 + {:.1e}, proved", answer.range_min, answer.range_max - 1.0)?;
     let (hits, starts) = (answer.starts_at_best, answer.starts);
     writeln!(out, "search   {starts} starts, {hits} of them came as far, {:.2} s", answer.seconds)?;
+    if answer.transform_depths != answer.depth_range {
+        let [from, to] = answer.transform_depths;
+        writeln!(
+            out,
+            "depths   are mapped to [{from}, {to}] first: the matrix of their own powers cannot be rounded"
+        )?;
+    }
     writeln!(out)?;
-    let width = answer.matrix.iter().flatten().map(|v| format!("{v:.9}").len()).max().unwrap_or(1);
+    let entries = || answer.matrix.iter().flatten().filter(|v| **v != 0.0);
+    // Nine decimals, unless they would hide the digits.
+    let decimals = entries().all(|v| (1e-3..1e9).contains(&v.abs()));
+    let written = |v: f64| if decimals { format!("{v:.9}") } else { format!("{v:.9e}") };
+    let width = answer.matrix.iter().flatten().map(|v| written(*v).len()).max().unwrap_or(1);
     for (row, offset) in answer.matrix.iter().zip(&answer.offset) {
-        let entries: Vec<String> = row.iter().map(|v| format!("{v:width$.9}")).collect();
+        let entries: Vec<String> = row.iter().map(|v| format!("{:>width$}", written(*v))).collect();
         writeln!(out, "  {}   + {offset:.9}", entries.join(" "))?;
     }
     Ok(())

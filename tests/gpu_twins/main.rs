@@ -12,6 +12,7 @@ mod compute;
 mod fragments;
 mod frames;
 mod modules;
+mod pairwise;
 
 use std::process::ExitCode;
 
@@ -49,6 +50,7 @@ fn main() -> ExitCode {
     }
     trials.extend(modules::trials());
     trials.extend(frames::trials());
+    trials.extend(pairwise::trials());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()
 }

@@ -56,7 +56,8 @@ impl Input {
     }
 }
 
-fn parse_number(text: &str, option: &str) -> Result<f64, Failure> {
+/// A number of an option.
+pub fn parse_number(text: &str, option: &str) -> Result<f64, Failure> {
     let number = text.trim().parse::<f64>();
     number.map_err(|_| Failure::Input(anyhow!("`{}` in {option} is not a number", text.trim())))
 }

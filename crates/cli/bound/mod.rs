@@ -4,10 +4,12 @@ pub mod input;
 mod plot;
 
 use crate::outcome::{Failure, Output};
+use crate::storage::{self, Stored};
+use anyhow::anyhow;
 use clap::ArgGroup;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use input::{Input, parse_basis};
-use moment_problem::{Basis, Interval, Solver, method};
+use moment_problem::{Basis, Certificate, Interval, Solver, method};
 use serde::Serialize;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -40,6 +42,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE.svg")]
     plot: Option<PathBuf>,
     #[command(flatten)]
+    storage: storage::Arguments,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -51,7 +55,7 @@ fn solver_parser() -> impl TypedValueParser<Value = Solver> {
     PossibleValuesParser::new(Solver::ALL.map(Solver::name)).try_map(|name| name.parse::<Solver>())
 }
 
-/// The result as recorded in JSON.
+/// The result as recorded in JSON; docs/moment-problem.md says what each key holds.
 #[derive(Serialize)]
 struct Answer {
     lower: f64,
@@ -65,12 +69,25 @@ struct Answer {
     interval: Interval,
     depth: f64,
     worst_slack: f64,
+    /// What storage and bias made of the moments, if they were asked for.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    stored: Option<Stored>,
     /// PCF: mass strictly before z_f, if the distribution is known.
     #[serde(rename = "F", skip_serializing_if = "Option::is_none")]
     mass_before: Option<f64>,
     /// Mass up to and including z_f, if the distribution is known.
     #[serde(rename = "F_le", skip_serializing_if = "Option::is_none")]
     mass_up_to: Option<f64>,
+    /// How much rounding the moments to doubles moves the proved bounds (to first order), if they were given: by so much the
+    /// bounds may exclude the F of the kernel whose moments these were.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    moment_rounding: Option<f64>,
+}
+
+/// Half a unit in the last place of each moment, as the dual functions weigh it.
+fn rounding(moments: &[f64], certificate: &Certificate) -> f64 {
+    let size = |dual: &[f64]| dual.iter().skip(1).zip(moments).map(|(y, b)| (y * b).abs()).sum::<f64>();
+    0.5 * f64::EPSILON * size(&certificate.lower_dual).max(size(&certificate.upper_dual))
 }
 
 /// Computes, prints.
@@ -79,13 +96,31 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let (basis, interval) = (&arguments.basis, arguments.interval);
     let method = method(basis, interval, arguments.solver).map_err(|error| input.failure(error))?;
     let z_f = arguments.depth;
-    let bounds = input.bounds(method.as_ref(), z_f).map_err(|error| input.failure(error))?;
-    if let Some(path) = &arguments.plot {
-        plot::write(path, &input, &method, z_f, &bounds)?;
-    }
     let (mass_before, mass_up_to) = match &input {
         Input::Atoms(z) => (Some(z.cdf(z_f)), Some(z.cdf_inclusive(z_f))),
         Input::Moments(_) => (None, None),
+    };
+    let stored = arguments.storage.stored(basis, &input)?;
+    let input = match &stored {
+        Some(stored) => Input::Moments(stored.moments.clone()),
+        None => input,
+    };
+    let bounds = input.bounds(method.as_ref(), z_f).map_err(|error| match &input {
+        Input::Moments(moments) => {
+            let hint = arguments.storage.repair(&method, moments, stored.as_ref(), z_f, &error);
+            match (input.failure(error), hint) {
+                (Failure::Input(error), Some(hint)) => Failure::Input(anyhow!("{error:#}; {hint}")),
+                (failure, _) => failure,
+            }
+        }
+        Input::Atoms(_) => input.failure(error),
+    })?;
+    if let Some(path) = &arguments.plot {
+        plot::write(path, &input, &method, z_f, &bounds)?;
+    }
+    let moment_rounding = match &input {
+        Input::Atoms(_) => None,
+        Input::Moments(moments) => Some(rounding(moments, &bounds.certificate)),
     };
     let gap = bounds.gap().max(0.0);
     let answer = Answer {
@@ -101,8 +136,10 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
         interval,
         depth: z_f,
         worst_slack: bounds.certificate.worst_slack,
+        stored,
         mass_before,
         mass_up_to,
+        moment_rounding,
     };
     arguments.output.emit(&answer, |out| write_table(out, &answer, gap))
 }
@@ -111,6 +148,9 @@ fn write_table(out: &mut dyn Write, answer: &Answer, gap: f64) -> io::Result<()>
     writeln!(out, "basis    {} on {}", answer.basis, answer.interval)?;
     writeln!(out, "method   {}", answer.solver)?;
     writeln!(out, "z_f      {}", answer.depth)?;
+    if let Some(stored) = &answer.stored {
+        stored.write(out)?;
+    }
     writeln!(out)?;
     writeln!(out, "                            attained          proved")?;
     // What is printed must be proved too: round it to the safe side.
@@ -123,6 +163,13 @@ fn write_table(out: &mut dyn Write, answer: &Answer, gap: f64) -> io::Result<()>
         writeln!(out, "      Z(z <= z_f)            {up_to:.12}")?;
     }
     writeln!(out, "  certificate gap {gap:.1e}, worst dual slack {:.1e}", answer.worst_slack)?;
+    if let Some(rounding) = answer.moment_rounding {
+        writeln!(
+            out,
+            "  rounding moments to doubles moves a bound by up to {rounding:.1e}; the kernel's F may"
+        )?;
+        writeln!(out, "  lie outside the proved bounds by that much")?;
+    }
     writeln!(out)?;
     writeln!(out, "  a distribution with these moments that attains the lower bound")?;
     writeln!(out, "  depth             weight")?;

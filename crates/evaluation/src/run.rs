@@ -4,7 +4,7 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::experiment::{Experiment, Scale};
 use crate::kinds::search::Prediction;
-use crate::provenance::{Build, Provenance, cpu_model, logical_cores, sha256, utc};
+use crate::provenance::{Build, Provenance, cpu_model, input_hashes, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
 use crate::shards::{self, Shard};
 use rayon::ThreadPoolBuilder;
@@ -93,12 +93,7 @@ impl Experiment {
             return Ok(Run { directory, trials, failed, complete: false });
         }
         let mut inputs = BTreeMap::from([(format!("{}.toml", self.name), sha256(self.source.as_bytes()))]);
-        for scene in self.scenes() {
-            // Procedural scenes are no files; a scene file was read a moment ago.
-            if let (Some(name), Ok(bytes)) = (Path::new(scene).file_name(), std::fs::read(scene)) {
-                inputs.insert(name.to_string_lossy().into_owned(), sha256(&bytes));
-            }
-        }
+        inputs.extend(input_hashes(self.scenes()));
         let provenance = Provenance {
             build: options.build.clone(),
             command: options.command.clone(),

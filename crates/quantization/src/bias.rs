@@ -98,7 +98,7 @@ pub fn biased(b: &[f64], target: &[f64], alpha: f64) -> Vec<f64> {
 const HALVINGS: usize = 60;
 
 /// Least alpha that is told from 0: rounding in double precision moves vectors by about as much.
-const SMALLEST_ALPHA: f64 = 1e-15;
+pub const SMALLEST_ALPHA: f64 = 1e-15;
 
 /// The smallest alpha for which the biased vector is valid; 0 if it is valid as it stands, 1 if no alpha below 1 helps.
 /// The valid set is convex and holds b*, so that every larger alpha is valid too.

@@ -12,6 +12,7 @@
 use crate::chebyshev;
 use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
+use crate::optimise::gain_bits;
 use crate::working_basis::WorkingBasis;
 use moment_problem::Basis;
 use moment_problem::arithmetic::{Ball, DoubleDouble};
@@ -33,7 +34,10 @@ const SETTLED: f64 = 1e-13;
 /// # Errors
 /// As the optimiser's for the basis and the interval.
 pub fn bound(basis: &Basis, interval: DepthInterval) -> Result<f64, QuantizationError> {
-    bound_of(&WorkingBasis::new(basis, interval)?)
+    let working = WorkingBasis::normalised(basis, interval)?;
+    let bits = bound_of(&working)?;
+    // Powers on an interval are those on another times a matrix whose determinant is known.
+    Ok(bits + gain_bits(basis, working.interval, 0.0) - gain_bits(basis, interval, 0.0))
 }
 
 pub(crate) fn bound_of(working: &WorkingBasis) -> Result<f64, QuantizationError> {

@@ -1,5 +1,6 @@
 //! What can go wrong, with the numbers in it.
 
+use crate::interval::DepthInterval;
 use moment_problem::BasisError;
 use thiserror::Error;
 
@@ -63,6 +64,38 @@ pub enum QuantizationError {
         name: String,
         /// Middle of the interval.
         centre: f64,
+    },
+    /// A transform that does not keep what it promises once its matrix is rounded.
+    #[error(
+        "the matrix found does not survive rounding: stored values would range from {range_min:.3e} to {range_max:.3e} \
+         and the gain of {gain_bits:.6} bits has a proved bound of {bound_bits:.6}; write the functions over depths \
+         mapped to [0, 1]"
+    )]
+    Contradicted {
+        /// Least stored value.
+        range_min: f64,
+        /// Largest stored value.
+        range_max: f64,
+        /// Gain of the rounded matrix.
+        gain_bits: f64,
+        /// What is proved of any.
+        bound_bits: f64,
+    },
+    /// Functions that single precision cannot hold.
+    #[error("{basis} exceeds single precision on {interval}: map depths to [0, 1] first")]
+    Overflow {
+        /// The functions.
+        basis: String,
+        /// The depths.
+        interval: DepthInterval,
+    },
+    /// A transform of depths that must be mapped first.
+    #[error("a transform for depths in {interval} exists only for depths mapped to {depths} first")]
+    Rescaled {
+        /// Depths asked for.
+        interval: DepthInterval,
+        /// Depths of the transform.
+        depths: DepthInterval,
     },
     /// Nothing to start from.
     #[error("0 starts find nothing: at least 1 is needed")]

@@ -48,7 +48,7 @@ pub use error::QuantizationError;
 pub use format::NumberFormat;
 pub use interval::DepthInterval;
 pub use moment_matrix::MomentMatrix;
-pub use optimise::{Optimum, Search, Structure, gain_bits, optimise, transform_range};
+pub use optimise::{Optimum, RANGE_TOLERANCE, Search, Structure, gain_bits, optimise, transform_range};
 pub use range::{Range, plain, range};
 pub use summed_area::{Rectangle, SummedAreaTable};
 pub use transform::AffineTransform;

@@ -42,6 +42,9 @@ pub struct Search {
 pub struct Optimum {
     /// The transform, of rows with ascending number of extrema.
     pub transform: AffineTransform,
+    /// The depths over which the transform's functions run: the interval asked for, or \[-1, 1\] where rounding the
+    /// matrix of powers of that interval's depths would spoil the range. The interval must then be mapped there first.
+    pub depths: DepthInterval,
     /// Bits gained, see [`gain_bits`].
     pub gain_bits: f64,
     /// Least stored value over the interval, proved.
@@ -54,6 +57,19 @@ pub struct Optimum {
     pub starts: usize,
     /// How many of them reached the best gain to a ten-thousandth of a bit: a hint that there is no better one.
     pub hits: usize,
+}
+
+impl Optimum {
+    /// The transform, if its functions run over this interval.
+    ///
+    /// # Errors
+    /// [`QuantizationError::Rescaled`] if depths must be mapped to another one first.
+    pub fn transform_on(self, interval: DepthInterval) -> Result<AffineTransform, QuantizationError> {
+        if self.depths == interval {
+            return Ok(self.transform);
+        }
+        Err(QuantizationError::Rescaled { interval, depths: self.depths })
+    }
 }
 
 /// Starts that found the best known transform of power bases several times over with three different seeds; beyond
@@ -88,10 +104,22 @@ pub fn gain_bits(basis: &Basis, interval: DepthInterval, log2_determinant: f64) 
     }
 }
 
+/// How far stored values may lie outside of \[0, 1\]: a thousandth of the rounding of 20 bits, a hundred times what
+/// rounding the matrix of eight power moments leaves.
+pub const RANGE_TOLERANCE: f64 = 1e-9;
+
+/// A gain above its proved bound by more bits than this is a contradiction: rounding of the matrix moves a determinant
+/// by about as much as a range.
+const BOUND_TOLERANCE: f64 = 1e-9;
+
 /// Maximises |det theta| subject to theta(b(z)) in \[0, 1\]^m for all z of the interval (MSM15 section 4.3).
 ///
+/// Powers of depths from one interval span the powers of depths from another, so that they are optimised on \[-1, 1\]
+/// (or on \[0, 1\] as it stands): gain and bound are the same for all intervals.
+///
 /// # Errors
-/// [`QuantizationError`] for a flat or unusable basis, no starts, or a basis without parity where that is asked for.
+/// [`QuantizationError`] for a flat or unusable basis, no starts, a basis without parity where that is asked for, and
+/// a transform whose rounded matrix leaves its box or its bound.
 pub fn optimise(
     basis: &Basis,
     interval: DepthInterval,
@@ -101,8 +129,9 @@ pub fn optimise(
     if starts == 0 {
         return Err(QuantizationError::NoStarts);
     }
-    let working = WorkingBasis::new(basis, interval)?;
+    let working = WorkingBasis::normalised(basis, interval)?;
     let m = working.len();
+    let bound_bits = gain_bits(basis, working.interval, bound_of(&working)?);
     let mut rows = Vec::with_capacity(m);
     let mut hits = usize::MAX;
     for (number, (indices, parity)) in blocks(&working, search.structure)?.into_iter().enumerate() {
@@ -117,18 +146,67 @@ pub fn optimise(
             full
         }));
     }
-    let transform = assemble(&working, rows)?;
-    let (range_min, range_max) = transform_range(basis, interval, &transform);
-    let gain = |log2| gain_bits(basis, interval, log2);
-    Ok(Optimum {
-        gain_bits: gain(transform.log2_determinant()),
-        bound_bits: gain(bound_of(&working)?),
-        range_min,
-        range_max,
-        transform,
-        starts,
-        hits,
-    })
+    let rows = exact_rows(&working, rows);
+    let on = |depths: DepthInterval| -> Result<Optimum, QuantizationError> {
+        let rows: Vec<Vec<DoubleDouble>> =
+            rows.iter().map(|row| substituted(row, working.interval, depths)).collect();
+        let transform = assemble(basis, depths, rows)?;
+        let (range_min, range_max) = transform_range(basis, depths, &transform);
+        let gain_bits = gain_bits(basis, depths, transform.log2_determinant());
+        let optimum =
+            Optimum { transform, depths, gain_bits, range_min, range_max, bound_bits, starts, hits };
+        let fits = range_min >= -RANGE_TOLERANCE && range_max <= 1.0 + RANGE_TOLERANCE;
+        // NaN is neither.
+        if fits && gain_bits <= bound_bits + BOUND_TOLERANCE {
+            return Ok(optimum);
+        }
+        Err(QuantizationError::Contradicted { range_min, range_max, gain_bits, bound_bits })
+    };
+    let found = if fits_single_precision(basis, interval) {
+        on(interval)
+    } else {
+        Err(QuantizationError::Overflow { basis: basis.to_string(), interval })
+    };
+    if basis.power_order().is_some() && interval != DepthInterval::SIGNED {
+        return found.or_else(|_| on(DepthInterval::SIGNED));
+    }
+    found
+}
+
+/// Whether shaders can compute the functions at all.
+fn fits_single_precision(basis: &Basis, interval: DepthInterval) -> bool {
+    sizes(basis, interval).iter().all(|&size| size < f64::from(f32::MAX))
+}
+
+/// Largest size of each function over an interval, sampled.
+pub(crate) fn sizes(basis: &Basis, interval: DepthInterval) -> Vec<f64> {
+    const SAMPLES: usize = 64;
+    let mut sizes = vec![0.0f64; basis.len()];
+    for t in chebyshev::points(SAMPLES) {
+        let values = basis.evaluate(interval.at(t));
+        sizes.iter_mut().zip(values).for_each(|(size, value)| *size = size.max(value.abs()));
+    }
+    sizes
+}
+
+/// Coefficients over 1, z, ..., z^m of depths in `from` as those of depths in `to`; of any function if both are equal.
+fn substituted(row: &[DoubleDouble], from: DepthInterval, to: DepthInterval) -> Vec<DoubleDouble> {
+    if from == to {
+        return row.to_vec();
+    }
+    // from = slope to + shift, exact up to the rounding of double-double.
+    let length = |interval: DepthInterval| DoubleDouble::sum(interval.end(), -interval.start());
+    let slope = length(from) / length(to);
+    let shift = DoubleDouble::from(from.start()) - slope * DoubleDouble::from(to.start());
+    // Horner's scheme over polynomials.
+    let mut result = vec![DoubleDouble::zero(); row.len()];
+    for &coefficient in row.iter().rev() {
+        for k in (0..row.len()).rev() {
+            let lower = if k == 0 { coefficient } else { result[k - 1] * slope };
+            result[k] = result[k] * shift + lower;
+        }
+    }
+    result
 }
 
 /// Least and largest stored value over an interval of depths, both proved: nothing lies outside.
@@ -189,29 +267,40 @@ fn best_of(
     best.map(|best| (best, hits)).ok_or(dependent)
 }
 
-/// From rows in working coordinates to a matrix and an offset over b_1, ..., b_m with range \[0, 1\].
-fn assemble(working: &WorkingBasis, rows: Vec<Vec<f64>>) -> Result<AffineTransform, QuantizationError> {
+/// Rows in working coordinates, upright and in order, as coefficients over 1, b_1, ..., b_m.
+fn exact_rows(working: &WorkingBasis, rows: Vec<Vec<f64>>) -> Vec<Vec<DoubleDouble>> {
     let mut ordered: Vec<(usize, Vec<f64>)> = rows.into_iter().map(|row| upright(working, row)).collect();
     ordered.sort_by(|a, b| a.0.cmp(&b.0).then(b.1[0].total_cmp(&a.1[0])));
-    let mut rows: Vec<Vec<DoubleDouble>> = ordered.iter().map(|(_, row)| working.over_basis(row)).collect();
-    let exact = ranges(&working.basis, &rows, working.interval);
+    ordered.iter().map(|(_, row)| working.over_basis(row)).collect()
+}
+
+/// From rows over 1, b_1, ..., b_m to a rounded matrix and an offset with range \[0, 1\].
+fn assemble(
+    basis: &Basis,
+    interval: DepthInterval,
+    mut rows: Vec<Vec<DoubleDouble>>,
+) -> Result<AffineTransform, QuantizationError> {
+    let sizes = sizes(basis, interval);
+    let exact = ranges(basis, &rows, interval);
     for (row, range) in rows.iter_mut().zip(exact) {
         let width = DoubleDouble::sum(range.proved_max, -range.proved_min);
         let scaled: Vec<f64> = row.iter().map(|&c| (c / width).to_f64()).collect();
-        let negligible = NEGLIGIBLE * scaled[1..].iter().fold(0.0, |max: f64, c| max.max(c.abs()));
-        for (entry, value) in row.iter_mut().zip(scaled) {
-            *entry = DoubleDouble::from(if value.abs() < negligible { 0.0 } else { value });
+        let part = |(entry, size): (&f64, &f64)| (entry * size).abs();
+        let largest = scaled[1..].iter().zip(&sizes).map(part).fold(0.0, f64::max);
+        for (j, (entry, value)) in row.iter_mut().zip(scaled).enumerate().skip(1) {
+            let negligible = part((&value, &sizes[j - 1])) < NEGLIGIBLE * largest;
+            *entry = DoubleDouble::from(if negligible { 0.0 } else { value });
         }
         row[0] = DoubleDouble::zero();
     }
     // Once more, of the very numbers that are stored: what rounding added to the width is shared by both ends.
-    let stored = ranges(&working.basis, &rows, working.interval);
+    let stored = ranges(basis, &rows, interval);
     let offset = stored.iter().map(|range| 0.5 - 0.5 * (range.proved_min + range.proved_max) + 0.0).collect();
     let matrix = rows.iter().flat_map(|row| row[1..].iter().map(|c| c.to_f64())).collect();
     AffineTransform::new(matrix, offset)
 }
 
-/// Entries below this share of a row's largest one are zeros that rounding has blurred.
+/// Entries whose function contributes less than this share of a row's largest part are zeros that rounding has blurred.
 const NEGLIGIBLE: f64 = 1e-13;
 
 /// Number of extrema inside the interval, and the row with the sign that starts in the lower half of its range.

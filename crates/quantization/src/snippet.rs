@@ -1,6 +1,7 @@
 //! A transform and its inverse as code that can be pasted into a shader or a program.
 
 use crate::interval::DepthInterval;
+use crate::optimise::sizes;
 use crate::transform::AffineTransform;
 use moment_problem::Basis;
 use std::fmt::Write as _;
@@ -54,17 +55,30 @@ impl Language {
 }
 
 /// Two functions: `quantise` from moments to stored values, `dequantise` back. Numbers have the digits that tell
-/// single-precision numbers apart; stored values must be clamped to \[0, 1\] where the format does not do it.
+/// single-precision numbers apart; stored values must be clamped to \[0, 1\] where the format does not do it. The
+/// transform's functions run over `depths`; where these are not those of the `interval`, a comment maps them.
 pub fn snippet(
     language: Language,
     basis: &Basis,
     interval: DepthInterval,
+    depths: DepthInterval,
     transform: &AffineTransform,
 ) -> String {
     let m = transform.order();
     let syntax = language.syntax();
+    let sizes = sizes(basis, depths);
     let mut text =
-        format!("// b = ({basis}), z in {interval}: |det theta| = 2^{:.4}.\n", transform.log2_determinant());
+        format!("// b = ({basis}), z in {depths}: |det theta| = 2^{:.4}.\n", transform.log2_determinant());
+    if depths != interval {
+        let slope = depths.length() / interval.length();
+        let shift = depths.start();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "// Depths d in {interval} are mapped first: z = (d - {}) * {slope} + {shift}.",
+            interval.start()
+        );
+    }
     let mut function = |name: &str, argument: &str, line: &dyn Fn(usize) -> String| {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{}\n{}", (syntax.signature)(name, argument, m), (syntax.declare)(m));
@@ -75,27 +89,28 @@ pub fn snippet(
         text.push_str(syntax.end);
     };
     function("quantise", "b", &|i| {
-        let terms = transform.row(i).iter().enumerate().map(|(j, &factor)| (factor, format!("b[{j}]")));
-        sum(terms, transform.offset()[i])
+        let entries = transform.row(i).iter().zip(&sizes).enumerate();
+        sum(entries.map(|(j, (&factor, &size))| (factor, size, format!("b[{j}]"))), transform.offset()[i])
     });
     function("dequantise", "s", &|i| {
         let row = &transform.inverse()[i * m..(i + 1) * m];
         // The offset is multiplied here, in double precision, and not in the shader.
         let constant = -row.iter().zip(transform.offset()).map(|(a, o)| a * o).sum::<f64>();
-        sum(row.iter().enumerate().map(|(j, &factor)| (factor, format!("s[{j}]"))), constant)
+        sum(row.iter().enumerate().map(|(j, &factor)| (factor, 1.0, format!("s[{j}]"))), constant)
     });
     text
 }
 
-/// Factors below this share of the largest one of their sum say nothing in single precision.
+/// Terms below this share of the largest one of their sum say nothing in single precision.
 const NEGLIGIBLE: f64 = 1e-12;
 
-fn sum(terms: impl Iterator<Item = (f64, String)>, constant: f64) -> String {
-    let terms: Vec<(f64, String)> = terms.collect();
-    let largest = terms.iter().fold(constant.abs(), |max, (factor, _)| max.max(factor.abs()));
+/// A sum of factors times names, whose largest values are given too.
+fn sum(terms: impl Iterator<Item = (f64, f64, String)>, constant: f64) -> String {
+    let terms: Vec<(f64, f64, String)> = terms.collect();
+    let largest = terms.iter().fold(constant.abs(), |max, (factor, size, _)| max.max((factor * size).abs()));
     let mut text = String::new();
-    let mut add = |value: f64, name: Option<&str>| {
-        if value.abs() <= NEGLIGIBLE * largest {
+    let mut add = |value: f64, size: f64, name: Option<&str>| {
+        if (value * size).abs() <= NEGLIGIBLE * largest {
             return;
         }
         let sign = match (text.is_empty(), value < 0.0) {
@@ -110,13 +125,16 @@ fn sum(terms: impl Iterator<Item = (f64, String)>, constant: f64) -> String {
             let _ = write!(text, " * {name}");
         }
     };
-    terms.iter().for_each(|(factor, name)| add(*factor, Some(name)));
-    add(constant, None);
+    terms.iter().for_each(|(factor, size, name)| add(*factor, *size, Some(name)));
+    add(constant, 1.0, None);
     if text.is_empty() { "0.0".to_owned() } else { text }
 }
 
 /// Nine significant digits, always with a decimal point, as all three languages read it.
 fn number(value: f64) -> String {
+    if !(1e-7..1e15).contains(&value) {
+        return format!("{value:.8e}");
+    }
     let digits = (8 - value.log10().floor() as i32).clamp(1, 20) as usize;
     let text = format!("{value:.digits$}");
     let short = text.trim_end_matches('0');
@@ -133,7 +151,8 @@ mod tests {
         let published = Published::named("MSM15 theta_2").unwrap();
         let theta = published.transform().unwrap();
         for language in Language::ALL {
-            let code = snippet(language, &Basis::power(2), published.interval(), &theta);
+            let code =
+                snippet(language, &Basis::power(2), published.interval(), published.interval(), &theta);
             assert!(code.contains("4.0 * b[0] - 4.0 * b[1]"), "{code}");
             assert!(code.contains("1.0 * s[0] - 0.25 * s[1]"), "{code}");
             assert_eq!(code.matches('{').count(), code.matches('}').count(), "{code}");
@@ -149,7 +168,8 @@ mod tests {
     fn a_snippet_computes_the_transform() {
         let published = Published::named("GDC16 six moments").unwrap();
         let theta = published.transform().unwrap();
-        let code = snippet(Language::Rust, &Basis::power(6), published.interval(), &theta);
+        let code =
+            snippet(Language::Rust, &Basis::power(6), published.interval(), published.interval(), &theta);
         let b: Vec<f64> = Basis::power(6).evaluate(0.37);
         let lines: Vec<&str> = code.lines().filter(|line| line.starts_with("        ")).collect();
         assert_eq!(lines.len(), 12);

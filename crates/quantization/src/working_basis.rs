@@ -9,8 +9,8 @@ use moment_problem::dense::dot;
 use std::f64::consts::PI;
 
 /// A function that keeps less than this share of its norm when a constant and the functions before it are projected
-/// out is taken for a combination of them. z^16 on \[0, 1\] keeps 1e-9; what keeps less than 1e-12 would need matrix
-/// entries above 1e12, whose rounding alone moves the range by 1e-4.
+/// out is taken for a combination of them. z^16 on \[0, 1\] keeps 1e-9; what keeps less than 1e-12 needs matrix entries
+/// above 1e12, whose rounding alone moves the range by 1e-4.
 const SMALLEST_SHARE: f64 = 1e-12;
 
 /// Degrees of the Chebyshev series that are tried.
@@ -44,6 +44,12 @@ pub(crate) struct WorkingBasis {
 }
 
 impl WorkingBasis {
+    /// For powers, which span the same on every interval, on \[-1, 1\] unless it is \[0, 1\] that is asked for.
+    pub(crate) fn normalised(basis: &Basis, interval: DepthInterval) -> Result<Self, QuantizationError> {
+        let powers = basis.power_order().is_some() && interval != DepthInterval::UNIT;
+        Self::new(basis, if powers { DepthInterval::SIGNED } else { interval })
+    }
+
     pub(crate) fn new(basis: &Basis, interval: DepthInterval) -> Result<Self, QuantizationError> {
         let mut miss = (0, f64::INFINITY);
         for degree in DEGREES {

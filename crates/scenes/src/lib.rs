@@ -12,7 +12,7 @@ pub mod vector;
 mod views;
 
 pub use error::{FileFault, InvalidScene, SceneError};
-pub use load::{load_gltf_bytes, load_obj_bytes, load_scene};
+pub use load::{load_gltf_bytes, load_obj_bytes, load_scene, load_with_files};
 pub use procedural::procedural;
 pub use scene::{AlphaMask, Camera, LightView, Material, Scene, Vertex};
 pub use views::read_views;

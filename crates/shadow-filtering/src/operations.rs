@@ -104,6 +104,13 @@ impl Real for Counted {
     fn abs(self) -> Self {
         Self(self.0.abs())
     }
+
+    /// As a shader does it: two products split by Dekker's method, three differences.
+    fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self {
+        const EXACT_PRODUCT: u64 = 17;
+        charge(2 * EXACT_PRODUCT + 3);
+        Self(f32::product_difference(a.0, b.0, c.0, d.0))
+    }
 }
 
 #[cfg(test)]

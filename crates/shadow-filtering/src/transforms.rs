@@ -52,7 +52,7 @@ pub(crate) fn transform(
         }
         "optimal" => {
             let (bound, interval) = moments()?;
-            search.map(|search| Ok(optimise(&bound.basis(), interval, search)?.transform))
+            search.map(|search| optimise(&bound.basis(), interval, search)?.transform_on(interval))
         }
         _ => published(spec)?.map(|published| published.transform()),
     };

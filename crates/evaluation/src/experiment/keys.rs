@@ -34,10 +34,9 @@ pub(crate) fn file_name(key: &str, what: &str, id: &str) -> Result<(), Evaluatio
     Err(EvaluationError::key(key, format!("{what} id `{id}` is no file name of letters, digits and -")))
 }
 
-/// The words of a name or of a file's stem, in lower case with hyphens between them.
+/// The words of a name, in lower case with hyphens between them.
 pub(crate) fn words(text: &str) -> String {
-    let stem = std::path::Path::new(text).file_stem().map_or(text.into(), |stem| stem.to_string_lossy());
-    let words: Vec<String> = stem
+    let words: Vec<String> = text
         .split(|c: char| !c.is_ascii_alphanumeric())
         .filter(|word| !word.is_empty())
         .map(str::to_ascii_lowercase)

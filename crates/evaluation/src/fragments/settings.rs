@@ -1,10 +1,11 @@
 //! Keys of every experiment on scenes.
 
 use crate::error::EvaluationError;
-use crate::experiment::keys::in_key;
+use crate::experiment::keys::{in_key, words};
 use applications::BiasSetting;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, Kernel, KernelSpec, Reference};
+use std::path::{Component, Path};
 
 /// Largest accepted side of a shadow map.
 pub(crate) const MAX_SIZE: u32 = 8192;
@@ -57,6 +58,31 @@ impl SceneSettings {
         self.check_kernel(&self.kernel, "kernel")
     }
 
+    /// The words of a scene's name or of its file's stem, with hyphens between them; where other scenes share it, those of as
+    /// many folders above it as tell it apart.
+    pub fn words(&self, scene: &str) -> String {
+        let parts = |scene: &str| -> Vec<String> {
+            let path = Path::new(scene).with_extension("");
+            let parts = path.components().filter(|part| matches!(part, Component::Normal(_)));
+            parts.map(|part| words(&part.as_os_str().to_string_lossy())).collect()
+        };
+        let tail = |parts: &[String], length: usize| parts[parts.len().saturating_sub(length)..].join("-");
+        let own = parts(scene);
+        let others: Vec<Vec<String>> =
+            self.scenes.iter().filter(|other| *other != scene).map(|other| parts(other)).collect();
+        let is_free = |length: &usize| {
+            let taken = |other: &Vec<String>| (1..=*length).any(|n| tail(other, n) == tail(&own, *length));
+            !others.iter().any(taken)
+        };
+        match (1..=own.len()).find(is_free) {
+            Some(length) => tail(&own, length),
+            None => {
+                let number = self.scenes.iter().position(|other| other == scene).unwrap_or_default() + 1;
+                format!("{}-{number}", own.join("-"))
+            }
+        }
+    }
+
     /// Rejects kernels that cannot be built, or are larger than the map.
     pub(crate) fn check_kernel(&self, kernel: &KernelSpec, place: &str) -> Result<(), EvaluationError> {
         let built = kernel.build().map_err(in_key(place))?;
@@ -77,4 +103,25 @@ impl SceneSettings {
 pub(crate) fn check_bias(bias: &BiasSetting, place: &str) -> Result<(), EvaluationError> {
     bias.reference.check().map_err(in_key(&format!("{place}.reference")))?;
     bias.technique.check().map_err(in_key(&format!("{place}.technique")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::SceneSettings;
+
+    #[test]
+    fn scenes_of_one_file_name_are_told_apart_by_their_folders() {
+        let named = |scenes: &[&str]| SceneSettings {
+            scenes: scenes.iter().map(|&scene| scene.to_owned()).collect(),
+            ..SceneSettings::default()
+        };
+        let scenes = ["a/scene.gltf", "b/scene.gltf", "stairs", "x y/b.glb", "x/y/b.glb"];
+        let settings = named(&scenes);
+        let names = scenes.map(|scene| settings.words(scene));
+        assert_eq!(names, ["a-scene", "b-scene", "stairs", "x-y-b", "y-b"]);
+        let alike = ["a b/c.glb", "a-b/c.glb"];
+        assert_eq!(alike.map(|scene| named(&alike).words(scene)), ["a-b-c-1", "a-b-c-2"]);
+        assert_eq!(named(&scenes[..1]).words(scenes[0]), "scene");
+        assert_eq!(settings.words("../my scenes/Tower.glb"), "tower");
+    }
 }

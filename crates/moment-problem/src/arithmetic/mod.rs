@@ -7,12 +7,14 @@
 mod ball;
 mod double_double;
 mod double_word;
+mod dyadic;
 mod float_float;
 mod jet;
 
 pub use ball::Ball;
 pub use double_double::DoubleDouble;
 pub use double_word::DoubleWord;
+pub(crate) use dyadic::{Dyadic, minors};
 pub use float_float::FloatFloat;
 pub use jet::Jet;
 
@@ -108,6 +110,11 @@ pub trait Real: Field + PartialOrd {
     fn clamp_unit(self) -> Self {
         self.max(Self::zero()).min(Self::one())
     }
+    /// a b - c d. Types with a wider one at hand round it once, so that nothing is lost where the products cancel.
+    #[inline(always)]
+    fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self {
+        a * b - c * d
+    }
     /// Whether the number is finite.
     #[inline(always)]
     fn is_finite(self) -> bool {
@@ -116,7 +123,7 @@ pub trait Real: Field + PartialOrd {
 }
 
 macro_rules! machine_number {
-    ($type:ty, $tiny:expr) => {
+    ($type:ty, $tiny:expr $(, $more:item)?) => {
         impl Field for $type {
             #[inline(always)]
             fn from_double_double(value: DoubleDouble) -> Self {
@@ -161,9 +168,18 @@ macro_rules! machine_number {
             fn is_finite(self) -> bool {
                 <$type>::is_finite(self)
             }
+            $($more)?
         }
     };
 }
 
-machine_number!(f32, 1e-30);
+machine_number!(
+    f32,
+    1e-30,
+    #[inline(always)]
+    fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Self {
+        // Products of single floats are exact in double precision.
+        (f64::from(a) * f64::from(b) - f64::from(c) * f64::from(d)) as Self
+    }
+);
 machine_number!(f64, 1e-200);

@@ -6,6 +6,12 @@ use crate::error::BasisError;
 /// Longest accepted formula in bytes; nesting can be no deeper, so evaluation cannot exhaust the stack.
 const MAX_FORMULA_LENGTH: usize = 200;
 
+/// Longest accepted number in digits: double-double holds 31.
+const MAX_DIGITS: usize = 30;
+
+/// Largest accepted exponent of ten: with 30 digits more on either side double-double still holds all of its digits.
+const LARGEST_POWER_OF_TEN: i32 = 200;
+
 /// Expression tree of a formula in z.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Expression {
@@ -219,24 +225,47 @@ impl Parser<'_> {
         if self.accept(')') { Ok(inner) } else { Err("a `)` is missing".to_owned()) }
     }
 
+    /// Decimal digits, with a point and an exponent of ten as in 2.5e-3, whose letter and digits follow without a space.
+    /// Where spaces or a point leave open whether `e` is Euler's number, both readings are named.
     fn number(&mut self) -> Parsed {
         let end = self.rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(self.rest.len());
-        let digits = &self.rest[..end];
+        let (digits, after) = self.rest.split_at(end);
         let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
-        if fraction.contains('.') || digits.len() > 30 {
+        if fraction.contains('.') || digits.len() > MAX_DIGITS {
             return Err(format!("`{digits}` is not a number"));
         }
+        if whole.is_empty() && fraction.is_empty() {
+            return Err("`.` is not a number".to_owned());
+        }
+        let (exponent, length) = match exponent_of_ten(after) {
+            None => ("0".to_owned(), 0),
+            Some(found) if found.ambiguous => {
+                let (sign, power) = found.exponent.split_at(found.exponent.len() - found.digits);
+                let product = if sign.is_empty() { "*" } else { sign };
+                return Err(format!(
+                    "`{digits}{seen}` is read as the number {digits}e{exponent} or as Euler's number in \
+                     {digits}*e{product}{power}: write one of the two",
+                    seen = after[..found.length].trim_end(),
+                    exponent = found.exponent,
+                ));
+            }
+            Some(found) => (found.exponent, found.length),
+        };
         // Decimal digits are accumulated in double-double, so that 0.1 is 1/10 and not its nearest double.
         let ten = DoubleDouble::from(10.0);
         let value = whole.bytes().chain(fraction.bytes()).fold(DoubleDouble::zero(), |value, digit| {
             value * ten + DoubleDouble::from(f64::from(digit - b'0'))
         });
-        if whole.is_empty() && fraction.is_empty() {
-            return Err("`.` is not a number".to_owned());
-        }
-        let scale = ten.powi(fraction.len() as i32);
-        self.skip(end);
-        Ok(Expression::Constant(value / scale))
+        let power = exponent.parse::<i32>().ok().filter(|power| power.abs() <= LARGEST_POWER_OF_TEN);
+        let Some(power) = power else {
+            return Err(format!(
+                "`{digits}e{exponent}`: exponents of ten go from -{LARGEST_POWER_OF_TEN} to {LARGEST_POWER_OF_TEN}"
+            ));
+        };
+        let power = power - fraction.len() as i32;
+        let scale = ten.powi(power.abs());
+        self.skip(end + length);
+        Ok(Expression::Constant(if power < 0 { value / scale } else { value * scale }))
     }
 
     fn word(&mut self) -> Parsed {
@@ -282,6 +311,39 @@ impl Parser<'_> {
     }
 }
 
+/// What follows a number's digits and may be its exponent of ten.
+struct ExponentOfTen {
+    /// Sign and digits without spaces.
+    exponent: String,
+    /// How many of its characters are digits.
+    digits: usize,
+    /// Bytes up to the end of the digits.
+    length: usize,
+    /// Whether it may as well be Euler's number.
+    ambiguous: bool,
+}
+
+/// The exponent of ten that `text` begins with, spaces or not.
+fn exponent_of_ten(text: &str) -> Option<ExponentOfTen> {
+    let marked = text.trim_start();
+    let letter = marked.strip_prefix('e').or_else(|| marked.strip_prefix('E'))?;
+    let signed = letter.trim_start();
+    let unsigned = signed.strip_prefix(['+', '-']).unwrap_or(signed);
+    let sign = &signed[..signed.len() - unsigned.len()];
+    let power = unsigned.trim_start();
+    let digits = power.find(|c: char| !c.is_ascii_digit()).unwrap_or(power.len());
+    if digits == 0 {
+        return None;
+    }
+    let (power, rest) = power.split_at(digits);
+    let length = text.len() - rest.len();
+    let exponent = format!("{sign}{power}");
+    // `2 e-3`, `2e - 3`; `2e3.5`, `2e3e4`.
+    let spaced = length != 1 + exponent.len();
+    let ambiguous = spaced || rest.starts_with('.') || exponent_of_ten(rest).is_some();
+    Some(ExponentOfTen { exponent, digits, length, ambiguous })
+}
+
 impl Function {
     fn name(self) -> &'static str {
         match self {
@@ -321,6 +383,15 @@ mod tests {
             ("cbrt(z+1/16) - 0.5", (z + 0.0625).cbrt() - 0.5),
             ("1 - 2 - z", -1.3),
             ("(1+z)^-2", (1.0 + z).powi(-2)),
+            ("exp(1e1z)", (10.0 * z).exp()),
+            ("z + 1e-3", z + 1e-3),
+            ("2.5E+1z - .5e0", 25.0 * z - 0.5),
+            ("z^2e0", z * z),
+            ("2e z", 2.0 * std::f64::consts::E * z),
+            ("2e^z", 2.0 * z.exp()),
+            ("2e - z", 2.0 * std::f64::consts::E - z),
+            ("2*e-3 + z", 2.0 * std::f64::consts::E - 3.0 + z),
+            ("z e1", std::f64::consts::E * z),
         ] {
             assert!((value(formula, z) - expected).abs() < 1e-15, "{formula}");
         }
@@ -332,6 +403,26 @@ mod tests {
         assert_eq!(parse("exp(1z)"), parse(" e^z "));
         assert_eq!(parse("ln(1+1z)"), parse("ln( 1 + z )"));
         assert_eq!(parse("sin(1pi z)"), parse("sin(pi*z)"));
+    }
+
+    #[test]
+    fn what_may_be_an_exponent_or_eulers_number_is_refused_with_both_readings() {
+        for (formula, number, euler) in [
+            ("2 e-3 + z", "2e-3", "2*e-3"),
+            ("z + 1e - 3", "1e-3", "1*e-3"),
+            ("2e 3z", "2e3", "2*e*3"),
+            ("2 e3z", "2e3", "2*e*3"),
+            ("2e+ 3z", "2e+3", "2*e+3"),
+            ("2e3.5z", "2e3", "2*e*3"),
+            ("1e1e1z", "1e1", "1*e*1"),
+        ] {
+            let error = Expression::parse(formula).unwrap_err().to_string();
+            assert!(error.contains(number) && error.contains(euler), "{formula}: {error}");
+        }
+        for formula in ["1e201z", "1e-201z", "1e99999999999z"] {
+            let error = Expression::parse(formula).unwrap_err().to_string();
+            assert!(error.contains("-200 to 200"), "{formula}: {error}");
+        }
     }
 
     #[test]

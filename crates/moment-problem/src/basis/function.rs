@@ -194,7 +194,8 @@ impl fmt::Display for BasisFunction {
 impl FromStr for BasisFunction {
     type Err = BasisError;
 
-    /// Parses a formula in z from `+ - * / ^`, parentheses, numbers, `pi`, `e` and sqrt, cbrt, exp, ln, sin, cos.
+    /// Parses a formula in z from `+ - * / ^`, parentheses, numbers (`0.25`, `2.5e-1`), `pi`, `e` and sqrt, cbrt, exp, ln,
+    /// sin, cos. An `e` right after digits and before an exponent is one of ten: `2e3` is 2000, `2*e*3` three times 2 e.
     /// Juxtaposition multiplies (`2pi z`); spaces do not matter. A function of the default family gets its id.
     fn from_str(text: &str) -> Result<Self, BasisError> {
         let expression = Expression::parse(text)?;

@@ -87,6 +87,19 @@ impl Bounds {
         (self.lower - self.certificate.lower_proved).max(self.certificate.upper_proved - self.upper)
     }
 
+    /// The bounds without what rounding puts beyond a known distribution's own masses.
+    pub(crate) fn containing(mut self, z: &DepthDistribution, z_f: f64) -> Self {
+        let before = z.cdf(z_f);
+        let is_depth = z.depths().binary_search_by(|depth| depth.total_cmp(&z_f)).is_ok();
+        // Nothing at z_f: one sum serves both. Zeros of either sign are one depth.
+        let up_to = if is_depth || z_f == 0.0 { z.cdf_inclusive(z_f) } else { before };
+        self.lower = self.lower.min(before);
+        self.upper = self.upper.max(up_to);
+        self.certificate.lower_proved = self.certificate.lower_proved.min(self.lower);
+        self.certificate.upper_proved = self.certificate.upper_proved.max(self.upper);
+        self
+    }
+
     /// The bounds if they are certified to `tolerance`, else an error with the gap.
     pub(crate) fn certified(self, tolerance: f64) -> Result<Self, MomentError> {
         let gap = self.gap();

@@ -4,130 +4,14 @@ use super::bounds::{
     Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
     sorted_support,
 };
-use super::hermite;
-use super::semi_infinite::{CERTIFIED_GAP, PreparedBasis, solve_prepared};
+use super::exact::exact_of;
+use super::hamburger::{Chebyshev, Hamburger};
+use super::semi_infinite::{CERTIFIED_GAP, Origin, PreparedBasis, solve_prepared};
 use crate::arithmetic::{DoubleDouble, Field, Real};
 use crate::basis::Basis;
-use crate::closed_forms::hamburger::canonical;
 use crate::closed_forms::{hausdorff, trigonometric};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
-
-/// Moments rounded to double precision may make a pivot of the moment matrix negative by this many units of the
-/// moment it is computed from; more means that no distribution has them.
-const PIVOT_NOISE: f64 = 1e-14;
-
-/// Support points with less weight than this are left out of dual polynomials: they run to infinity.
-const NODE_WEIGHT: f64 = 1e-26;
-
-/// Points this close to z_f (relative to 1 + |z_f|) are z_f: doubles cannot tell them apart.
-const SAME_DEPTH: f64 = 1e-18;
-
-/// Power moments z, ..., z^M on the whole line, M = 2, 4, 6 or 8 (MSM15 Algorithm 2).
-#[derive(Clone, Debug)]
-pub struct Hamburger<const M: usize> {
-    basis: Basis,
-}
-
-/// Mean and second moment on the whole line: variance shadow maps (Cantelli's inequality).
-pub type Chebyshev = Hamburger<2>;
-
-impl<const M: usize> Default for Hamburger<M> {
-    fn default() -> Self {
-        const { assert!(M == 2 || M == 4 || M == 6 || M == 8) }
-        Self { basis: Basis::power(M) }
-    }
-}
-
-impl<const M: usize> Hamburger<M> {
-    /// Bounds from a support whose points besides z_f are `others`, as (depth, weight).
-    fn assemble(z_f: f64, at_z_f: f64, others: &[(DoubleDouble, f64)], moments: &[DoubleDouble]) -> Bounds {
-        let fragment = DoubleDouble::from(z_f);
-        let near = |z: DoubleDouble| (z - fragment).abs().to_f64() <= SAME_DEPTH * (1.0 + z_f.abs());
-        let at_z_f = at_z_f + others.iter().filter(|&&(z, _)| near(z)).map(|&(_, w)| w).sum::<f64>();
-        let kept = || others.iter().filter(|&&(z, w)| w > NODE_WEIGHT && !near(z));
-        let nodes: Vec<DoubleDouble> = kept().map(|&(z, _)| z).collect();
-        let lower = hermite::dual(fragment, &nodes, moments, |z| z < fragment);
-        let upper = hermite::dual(fragment, &nodes, moments, |z| z > fragment);
-        let front = kept().filter(|&&(z, _)| z < fragment).map(|&(_, w)| w).sum::<f64>();
-        let behind = kept().filter(|&&(z, _)| z > fragment).map(|&(_, w)| w).sum::<f64>();
-        // Of two ways to sum the same weights, the one with fewer large terms is the more accurate.
-        let attained_lower = if front < 0.5 { front } else { 1.0 - at_z_f - behind };
-        let attained_upper = if behind < 0.5 { 1.0 - behind } else { front + at_z_f };
-        let points = kept().map(|&(z, w)| (z.to_f64(), w)).chain([(z_f, at_z_f)]);
-        let (support, weights) = sorted_support(points, NODE_WEIGHT);
-        Bounds {
-            lower: attained_lower.clamp(0.0, 1.0),
-            upper: attained_upper.clamp(0.0, 1.0),
-            support,
-            weights,
-            certificate: Certificate {
-                lower_dual: lower.coefficients,
-                upper_dual: upper.coefficients,
-                worst_slack: 0.0,
-                lower_proved: lower.proved,
-                upper_proved: (1.0 - upper.proved).min(1.0),
-            },
-        }
-    }
-}
-
-impl<const M: usize> LowerBound for Hamburger<M> {
-    fn name(&self) -> &'static str {
-        match M {
-            2 => "Chebyshev",
-            4 => "Hamburger 4",
-            6 => "Hamburger 6",
-            _ => "Hamburger 8",
-        }
-    }
-
-    fn basis(&self) -> &Basis {
-        &self.basis
-    }
-
-    fn interval(&self) -> Interval {
-        Interval::Real
-    }
-
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        check_input(&self.basis, Interval::Real, moments, z_f)?;
-        let array: [DoubleDouble; M] = std::array::from_fn(|i| moments[i]);
-        let solution = canonical(&array, DoubleDouble::from(z_f));
-        if let Some((index, pivot)) = solution.singular {
-            let scale = moments[2 * (index - 1) - 1].to_f64().abs();
-            if pivot.to_f64() < -PIVOT_NOISE * scale {
-                return Err(MomentError::NotPositiveDefinite { index, pivot: pivot.to_f64() });
-            }
-        }
-        let points = solution.points(DoubleDouble::from(z_f));
-        let others: Vec<(DoubleDouble, f64)> = points[1..].iter().map(|&(z, w)| (z, w.to_f64())).collect();
-        let mut bounds = Self::assemble(z_f, points[0].1.to_f64(), &others, moments);
-        if solution.singular.is_some() {
-            // Rounding has put the moments on or just outside the boundary of the set of moments. The dual polynomial
-            // would prove a little too much; the distribution returned has the nearest moments that exist.
-            let certificate = &mut bounds.certificate;
-            certificate.lower_proved = certificate.lower_proved.min(bounds.lower);
-            certificate.upper_proved = certificate.upper_proved.max(bounds.upper);
-        }
-        Ok(bounds)
-    }
-
-    /// At most M / 2 depths are determined by their moments (MSM15 Proposition 4), so they are their own support; the
-    /// certificate still sees the moments only.
-    fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
-        check_depths(z.depths(), Interval::Real)?;
-        let moments: Vec<DoubleDouble> = z.moments(&self.basis);
-        if z.depths().len() > M / 2 {
-            return self.bounds_precise(&moments, z_f);
-        }
-        check_input(&self.basis, Interval::Real, &moments, z_f)?;
-        let atoms = z.depths().iter().zip(z.weights());
-        let others: Vec<(DoubleDouble, f64)> =
-            atoms.map(|(&z, w)| (DoubleDouble::from(z), w.to_f64())).collect();
-        Ok(Self::assemble(z_f, 0.0, &others, &moments))
-    }
-}
 
 /// A closed form on \[0, 1\] together with the basis prepared for the proof of its answers.
 #[derive(Clone, Debug)]
@@ -151,7 +35,8 @@ impl Proved {
     ) -> Result<Bounds, MomentError> {
         let start: Vec<f64> =
             claim.support.iter().map(|&(z, _)| z.clamp(0.0, 1.0)).chain(depths.iter().copied()).collect();
-        let proof = solve_prepared(&self.prepared, moments, z_f, &start)?;
+        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
+        let proof = solve_prepared(&self.prepared, (moments, origin), z_f, &start)?;
         let difference = (claim.lower - proof.lower).abs().max((claim.upper - proof.upper).abs());
         if difference.is_nan() || difference > CERTIFIED_GAP {
             return Err(MomentError::Uncertified { gap: difference });
@@ -218,6 +103,20 @@ macro_rules! unit_interval_form {
                 let array: [DoubleDouble; 4] = std::array::from_fn(|i| moments[i]);
                 self.proved.certify(moments, z_f, Self::claim(&array, z_f), depths)
             }
+
+            fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
+                check_depths(z.depths(), Interval::Unit)?;
+                let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
+                // Nearly equal depths, and z_f next to one, can be too much for double-double; not for exact arithmetic.
+                result.or_else(|error| match error {
+                    MomentError::Uncertified { .. }
+                    | MomentError::Infeasible { .. }
+                    | MomentError::Solver { .. } => {
+                        exact_of(self.basis(), Interval::Unit, z, z_f).unwrap_or(Err(error))
+                    }
+                    error => Err(error),
+                })
+            }
         }
     };
 }
@@ -279,6 +178,27 @@ impl Markov {
         let basis = format!("exp({exponent}z)").parse()?;
         Ok(Self { basis, exponent })
     }
+
+    /// Bounds from E\[e^(c z)\] / e^(c z_f).
+    fn bounds_at(&self, ratio: DoubleDouble, z_f: f64) -> Bounds {
+        let lower = (DoubleDouble::one() - ratio).to_f64().max(0.0);
+        // Attained in the limit: mass `lower` infinitely far in front. With ratio >= 1 all mass can lie behind z_f.
+        let (support, weights) = if lower > 0.0 {
+            (vec![z_f], vec![ratio.to_f64()])
+        } else {
+            (vec![z_f + ratio.ln().to_f64() / self.exponent], vec![1.0])
+        };
+        let at_z_f = (-(DoubleDouble::from(self.exponent) * DoubleDouble::from(z_f))).exp().to_f64();
+        let lower_dual = if lower > 0.0 { vec![1.0, -at_z_f] } else { vec![0.0, 0.0] };
+        let certificate = Certificate {
+            lower_dual,
+            upper_dual: vec![0.0, 0.0],
+            worst_slack: 0.0,
+            lower_proved: (lower - 4.0 * f64::EPSILON).max(0.0),
+            upper_proved: 1.0,
+        };
+        Bounds { lower, upper: 1.0, support, weights, certificate }
+    }
 }
 
 impl LowerBound for Markov {
@@ -300,25 +220,17 @@ impl LowerBound for Markov {
         if moment <= DoubleDouble::zero() {
             return Err(MomentError::Infeasible { residual: -moment.to_f64() });
         }
-        let at_z_f = (DoubleDouble::from(self.exponent) * DoubleDouble::from(z_f)).exp();
-        let ratio = (moment / at_z_f).to_f64();
-        let lower = (1.0 - ratio).max(0.0);
-        // Attained in the limit: mass `lower` infinitely far in front. With ratio >= 1 all mass can lie behind z_f.
-        let (support, weights) = if ratio < 1.0 {
-            (vec![z_f], vec![ratio])
-        } else {
-            (vec![moment.ln().to_f64() / self.exponent], vec![1.0])
-        };
-        let lower_dual = if ratio < 1.0 { vec![1.0, -1.0 / at_z_f.to_f64()] } else { vec![0.0, 0.0] };
-        let lower_proved = (lower - 4.0 * f64::EPSILON).max(0.0);
-        let certificate = Certificate {
-            lower_dual,
-            upper_dual: vec![0.0, 0.0],
-            worst_slack: 0.0,
-            lower_proved,
-            upper_proved: 1.0,
-        };
-        Ok(Bounds { lower, upper: 1.0, support, weights, certificate })
+        // In logarithms, as e^(c z_f) may not be a double where the ratio is.
+        let exponent = moment.ln() - DoubleDouble::from(self.exponent) * DoubleDouble::from(z_f);
+        Ok(self.bounds_at(exponent.exp(), z_f))
+    }
+
+    /// From E\[e^(c (z - z_f))\], which does not overflow where it matters.
+    fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
+        check_input(&self.basis, Interval::Real, &[DoubleDouble::one()], z_f)?;
+        let power = |z: f64| DoubleDouble::from(self.exponent) * DoubleDouble::sum(z, -z_f);
+        let terms = z.depths().iter().zip(z.weights()).map(|(&z, &w)| w * power(z).exp());
+        Ok(self.bounds_at(terms.fold(DoubleDouble::zero(), |sum, term| sum + term), z_f))
     }
 }
 

@@ -1,7 +1,7 @@
 //! MSM15 Algorithm 1 through good_lp, with every answer checked.
 
 use super::bounds::{Bounds, Interval, LowerBound, check_input};
-use super::semi_infinite::{CERTIFIED_GAP, Column, PreparedBasis, Program, Solution, Step, assemble};
+use super::semi_infinite::{CERTIFIED_GAP, Column, Origin, PreparedBasis, Program, Solution, Step, assemble};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::error::{BasisError, MomentError};
@@ -65,24 +65,34 @@ impl LinearProgram {
         Ok(Self { prepared: PreparedBasis::new(basis)?, solvers: vec![solver] })
     }
 
-    fn step(&self, target: &[DoubleDouble], step: Step, extra: &[f64]) -> Result<Solution, MomentError> {
-        let mut program = Program::new(&self.prepared, target, step, GRID_CELLS, extra);
+    fn step(
+        &self,
+        (target, origin): (&[DoubleDouble], Origin),
+        step: Step,
+        extra: &[f64],
+    ) -> Result<Solution, MomentError> {
+        let mut program = Program::new(&self.prepared, (target, origin), step, GRID_CELLS, extra);
         let (dual, optimum) = program.finite_optimum()?;
-        let Err(first_error) = self.consult(&program, target, &dual, optimum) else { return program.solve() };
+        let Err(first_error) = self.consult(program.columns(), target, &dual, optimum) else {
+            return program.solve();
+        };
         // Moments without known depths need not have a distribution on a grid. Ask again once the exchange has found
         // the depths; where the moments belong to no distribution at all, the exchange says so.
         let optimum = program.exchange()?;
         let solution = program.finish()?;
-        if self.consult(&program, target, &solution.dual, optimum).is_err() {
-            return Err(first_error);
+        if self.consult(program.columns(), target, &solution.dual, optimum).is_ok() {
+            return Ok(solution);
         }
+        // A last time with other rows: neighbouring depths make the orthonormal ones nearly dependent.
+        let turned = program.in_present_basis()?;
+        self.consult(&turned.columns, &turned.target, &turned.dual, optimum).map_err(|_| first_error)?;
         Ok(solution)
     }
 
     /// Asks the solvers in turn until the answer of one passes its check.
     fn consult(
         &self,
-        program: &Program,
+        columns: &[Column],
         target: &[DoubleDouble],
         dual: &[DoubleDouble],
         optimum: f64,
@@ -91,7 +101,7 @@ impl LinearProgram {
         let dual_size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();
         let mut result = Err(MomentError::Uncertified { gap: f64::INFINITY });
         for &solver in &self.solvers {
-            let claim = ask(solver, program.columns(), &right_hand_side);
+            let claim = ask(solver, columns, &right_hand_side);
             match claim.and_then(|claim| claim.check(optimum, dual_size)) {
                 Ok(()) => return Ok(()),
                 Err(error) => result = Err(error),
@@ -193,8 +203,9 @@ impl LowerBound for LinearProgram {
     fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
         let target = self.prepared.right_hand_side(moments)?;
-        let lower = self.step(&target, Step::Lower { z_f }, depths)?;
-        let upper = self.step(&target, Step::Upper { z_f }, depths)?;
+        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
+        let lower = self.step((&target, origin), Step::Lower { z_f }, depths)?;
+        let upper = self.step((&target, origin), Step::Upper { z_f }, depths)?;
         assemble(&self.prepared, &lower, &upper).certified(CERTIFIED_GAP)
     }
 }

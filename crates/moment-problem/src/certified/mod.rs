@@ -2,13 +2,16 @@
 
 mod bounds;
 mod closed_form;
+mod exact;
+mod hamburger;
 mod hermite;
 mod linear_program;
 mod method;
 mod semi_infinite;
 
 pub use bounds::{Bounds, Certificate, Interval, LowerBound};
-pub use closed_form::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
+pub use closed_form::{Hausdorff4, Markov, Trigonometric4, closed_form};
+pub use hamburger::{Chebyshev, Hamburger};
 pub(crate) use linear_program::ask;
 pub use linear_program::{LinearProgram, LpSolver};
 pub use method::{Method, Solver, method};

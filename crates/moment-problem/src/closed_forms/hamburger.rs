@@ -54,7 +54,7 @@ fn pivot_floor<R: Real>(moment: R) -> R {
 /// A pivot that cannot be negative. Where rounding made it so, it tells how large the rounding is, and the weight at
 /// z_f, which is proportional to the last pivot, becomes as uncertain as the moments are.
 #[inline(always)]
-fn positive_pivot<R: Real>(pivot: R, moment: R) -> R {
+pub(crate) fn positive_pivot<R: Real>(pivot: R, moment: R) -> R {
     pivot.abs().max(pivot_floor(moment))
 }
 
@@ -106,6 +106,19 @@ pub(crate) struct ThreePoints<R> {
 }
 
 impl<R: Real> ThreePoints<R> {
+    /// From P_1, P_2 and the slope of P_2 at z_f, and the pivots d_1 and d_2.
+    #[inline(always)]
+    pub(crate) fn new([p1, p2, p2_slope]: [R; 3], [d1, d2]: [R; 2]) -> Option<Self> {
+        let q0 = d1 * d2 + p1 * p1 * d2 + p2 * p2 * d1;
+        let q1 = p1 * d2 + p2 * p2_slope * d1;
+        let q2 = p2 * d1;
+        // Neither zero nor NaN.
+        (q0 > R::zero()).then(|| {
+            let w = roots::quadratic(q1 / q0, q2 / q0);
+            Self { w, at_z_f: d1 * d2 / q0, s: [-p1, d1 + p1 * p1] }
+        })
+    }
+
     #[inline(always)]
     pub(crate) fn bounds(&self) -> Pair<R> {
         let [w1, w2] = self.w;
@@ -123,7 +136,6 @@ impl<R: Real> ThreePoints<R> {
 #[inline(always)]
 pub(crate) fn solve4<R: Real>(moments: &[R; 4], z_f: R) -> Solution4<R> {
     let [b1, b2, b3, b4] = *moments;
-    let (zero, one) = (R::zero(), R::one());
     let d1 = b2 - b1 * b1;
     if d1 <= pivot_floor(b2) {
         return Solution4::Degenerate(chebyshev(&[b1, b2], z_f));
@@ -134,16 +146,9 @@ pub(crate) fn solve4<R: Real>(moments: &[R; 4], z_f: R) -> Solution4<R> {
     // P_1 and P_2 at z_f; w-polynomial times d1 d2, so that nothing divides by a small pivot.
     let p1 = z_f - b1;
     let p2 = z_f * z_f - b2 - l * p1;
-    let p2_slope = z_f + z_f - l;
-    let q0 = d1 * d2 + p1 * p1 * d2 + p2 * p2 * d1;
-    let q1 = p1 * d2 + p2 * p2_slope * d1;
-    let q2 = p2 * d1;
-    // Neither zero nor NaN.
-    if q0 > zero {
-        let w = roots::quadratic(q1 / q0, q2 / q0);
-        Solution4::Regular(ThreePoints { w, at_z_f: d1 * d2 / q0, s: [-p1, d1 + p1 * p1] })
-    } else {
-        Solution4::Degenerate(Pair { lower: zero, upper: one })
+    match ThreePoints::new([p1, p2, z_f + z_f - l], [d1, d2]) {
+        Some(points) => Solution4::Regular(points),
+        None => Solution4::Degenerate(Pair { lower: R::zero(), upper: R::one() }),
     }
 }
 
@@ -290,6 +295,29 @@ impl<R: Real> Canonical<R> {
         }
         let terms = (0..n).map(|j| coefficients[j] * self.shifted[n - j]);
         terms.fold(zero, |sum, term| sum + term)
+    }
+
+    /// What a relative change of all moments does to [`Canonical::at_z_f`] at most, relative to it and per unit: at_z_f
+    /// (sum |x_i| sqrt b_2i)^2 for the coefficients x of K(z_f, z), as |b_(i+j)| <= sqrt(b_2i b_2j).
+    pub(crate) fn sensitivity<const M: usize>(&self, moments: &[R; M], z_f: f64) -> f64 {
+        if M == 2 {
+            // x = (1 - b_1 p / d, p / d) for p = z_f - b_1, at_z_f = d / (d + p^2), and b_1^2 = b_2 - d.
+            return 6.0 * moments[1].to_f64() / self.pivots[1].to_f64();
+        }
+        let mut q = [0.0; MAX_POINTS];
+        for (row, pivot) in self.taylor.iter().zip(&self.pivots).take(self.count + 1) {
+            let factor = (row[0] / *pivot).to_f64();
+            q.iter_mut().zip(row).for_each(|(q, c)| *q += factor * c.to_f64());
+        }
+        // From powers of z - z_f to powers of z, in absolute values.
+        let mut x = q.map(f64::abs);
+        for start in 0..self.count {
+            for i in (start..self.count).rev() {
+                x[i] += z_f.abs() * x[i + 1];
+            }
+        }
+        let size = |i: usize| if i == 0 { 1.0 } else { moments[2 * i - 1].to_f64().abs().sqrt() };
+        self.at_z_f.to_f64() * (0..=self.count).map(|i| x[i] * size(i)).sum::<f64>().powi(2)
     }
 
     /// Support points with weights, z_f first; a point at infinity (w = 0, weight 0) is left out.

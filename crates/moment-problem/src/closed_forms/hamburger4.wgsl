@@ -9,11 +9,26 @@ struct ThreePoints {
     s: vec2<f32>,
 }
 
-fn solve4(b: array<f32, 4>, z_f: f32) -> ThreePoints {
+// From P_1, P_2 and the slope of P_2 at z_f, and the pivots d_1 and d_2.
+fn three_points(p: vec3<f32>, d: vec2<f32>) -> ThreePoints {
     var points: ThreePoints;
     points.degenerate = vec2<f32>(0.0, 1.0);
+    let q0 = d.x * d.y + p.x * p.x * d.y + p.y * p.y * d.x;
+    let q1 = p.x * d.y + p.y * p.z * d.x;
+    let q2 = p.y * d.x;
+    if q0 > 0.0 {
+        points.regular = true;
+        points.w = quadratic_roots(q1 / q0, q2 / q0);
+        points.at_z_f = d.x * d.y / q0;
+        points.s = vec2<f32>(-p.x, d.x + p.x * p.x);
+    }
+    return points;
+}
+
+fn solve4(b: array<f32, 4>, z_f: f32) -> ThreePoints {
     let d1 = b[1] - b[0] * b[0];
     if d1 <= pivot_floor(b[1]) {
+        var points: ThreePoints;
         points.degenerate = chebyshev(b[0], b[1], z_f);
         return points;
     }
@@ -22,17 +37,7 @@ fn solve4(b: array<f32, 4>, z_f: f32) -> ThreePoints {
     let d2 = positive_pivot(b[3] - b[1] * b[1] - l * e, b[3]);
     let p1 = z_f - b[0];
     let p2 = z_f * z_f - b[1] - l * p1;
-    let p2_slope = z_f + z_f - l;
-    let q0 = d1 * d2 + p1 * p1 * d2 + p2 * p2 * d1;
-    let q1 = p1 * d2 + p2 * p2_slope * d1;
-    let q2 = p2 * d1;
-    if q0 > 0.0 {
-        points.regular = true;
-        points.w = quadratic_roots(q1 / q0, q2 / q0);
-        points.at_z_f = d1 * d2 / q0;
-        points.s = vec2<f32>(-p1, d1 + p1 * p1);
-    }
-    return points;
+    return three_points(vec3<f32>(p1, p2, z_f + z_f - l), vec2<f32>(d1, d2));
 }
 
 fn bounds_of(points: ThreePoints) -> vec2<f32> {

@@ -33,9 +33,13 @@ pub(crate) struct Candidate<R> {
     pub at_seam: R,
 }
 
-/// Weights of a candidate of case 3 may be negative by this much (in units of the rounding error of 1): the cases
-/// meet where a weight vanishes, and there both neighbours give the same bound.
-const WEIGHT_ROUNDINGS: f64 = 64.0;
+/// Weights of a candidate of case 3 may be negative by the root of a rounding error. Few surfaces with a bias alpha have
+/// points next to a jump at distances of some alpha, known up to epsilon / alpha, and such candidates have weights of some
+/// -alpha: once the side of a point is a guess, alpha^2 < epsilon, the candidate with the mass on the jump counts. It has
+/// less mass in front, so that nothing is shadowed by rounding.
+fn least_weight<R: Real>() -> R {
+    R::from_f64(-R::EPSILON.sqrt())
+}
 
 /// A determinant of the h_k (entries at most 1) up to this many rounding errors is taken for zero: one surface.
 const RANK_ROUNDINGS: f64 = 8.0;
@@ -88,11 +92,10 @@ pub(crate) fn lower_candidate<R: Real>(moments: &[R; 4], z_f: R) -> Option<Candi
         return through_z_f; // z_f = 1: both jumps coincide
     }
     let through_seam = three_points(&h, |x| x * sine - cosine > noise * (one + x.abs()));
-    let tolerance = -R::from_f64(WEIGHT_ROUNDINGS * R::EPSILON);
     let four = [one_each_side(&h, sine, cosine), both_in_front(&h, sine, cosine)]
         .into_iter()
         .flatten()
-        .filter(|candidate| candidate.smallest_weight >= tolerance);
+        .filter(|candidate| candidate.smallest_weight >= least_weight());
     let mut best: Option<Candidate<R>> = None;
     for candidate in [through_z_f, through_seam].into_iter().flatten().chain(four) {
         if best.is_none_or(|best| candidate.front < best.front) {

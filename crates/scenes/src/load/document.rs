@@ -33,12 +33,12 @@ const HARMLESS_EXTENSIONS: [&str; 10] = [
 /// Most JSON objects of a document. An empty one takes three bytes in the file and hundreds in memory.
 const MAX_JSON_OBJECTS: u64 = 1 << 20;
 
-pub(super) fn load(bytes: &[u8], mut folder: Folder) -> Result<Loaded, FileFault> {
+pub(super) fn load(bytes: &[u8], folder: &mut Folder) -> Result<Loaded, FileFault> {
     let (json, binary) = if glb::is_glb(bytes) { glb::split(bytes)? } else { (bytes, None) };
     let root = parse(json)?;
-    let buffers = read_buffers(&root, binary, &mut folder)?;
+    let buffers = read_buffers(&root, binary, folder)?;
     let (instances, camera) = flatten(&root)?;
-    let mut materials = Materials::new(&root, &buffers, &mut folder);
+    let mut materials = Materials::new(&root, &buffers, folder);
     let mut arrays = SceneArrays::default();
     // Filtered once for each mesh, not for each instance: both may be many.
     let drawn: Vec<Vec<(usize, &Primitive)>> = root

@@ -11,7 +11,7 @@ mod primitive;
 pub(crate) mod source;
 mod texture;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::arrays::SceneArrays;
 use crate::error::{FileFault, SceneError};
@@ -35,28 +35,36 @@ pub(crate) const DEFAULT_LIGHT: [f32; 3] = [0.8, -0.6, 0.35];
 /// Errors: see [`SceneError`]; a file that breaks its format, or needs an unsupported extension, never panics
 /// and allocates in proportion to its size (scenes are limited to 2^24 triangles).
 pub fn load_scene(spec: &str) -> Result<Scene, SceneError> {
+    load_with_files(spec).map(|(scene, _)| scene)
+}
+
+/// [`load_scene`], and the files that the scene was read from: itself, then buffers, images and material libraries that
+/// it names, in their order. Procedural scenes have none.
+pub fn load_with_files(spec: &str) -> Result<(Scene, Vec<PathBuf>), SceneError> {
     if let Some(scene) = procedural(spec, procedural::DEFAULT_SEED) {
-        return Ok(scene);
+        return Ok((scene, Vec::new()));
     }
     let path = Path::new(spec);
     let extension = path.extension().and_then(|e| e.to_str()).map(str::to_lowercase);
-    let load: fn(&[u8], Folder) -> Result<Loaded, FileFault> = match extension.as_deref() {
+    let load: fn(&[u8], &mut Folder) -> Result<Loaded, FileFault> = match extension.as_deref() {
         Some("glb" | "gltf") => document::load,
         Some("obj") => obj::load,
         _ => return Err(SceneError::UnknownScene { spec: spec.into() }),
     };
     let name = path.file_stem().map_or_else(|| spec.into(), |stem| stem.to_string_lossy().into_owned());
-    read_limited(path, MAX_FILE_BYTES)
-        .and_then(|bytes| load(&bytes, Folder::of(path)))
+    let mut folder = Folder::of(path);
+    let scene = read_limited(path, MAX_FILE_BYTES)
+        .and_then(|bytes| load(&bytes, &mut folder))
         .and_then(|loaded| loaded.finish(name))
-        .map_err(|fault| fault.in_file(spec))
+        .map_err(|fault| fault.in_file(spec))?;
+    Ok((scene, std::iter::once(path.to_owned()).chain(folder.into_read()).collect()))
 }
 
 /// Loads a binary or textual glTF from memory; `name` is used in messages and as the scene's name.
 ///
 /// As [`load_scene`], except that any reference to an external file is an error.
 pub fn load_gltf_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
-    document::load(bytes, Folder::none())
+    document::load(bytes, &mut Folder::none())
         .and_then(|loaded| loaded.finish(name.into()))
         .map_err(|fault| fault.in_file(name))
 }
@@ -65,7 +73,7 @@ pub fn load_gltf_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
 ///
 /// As [`load_scene`], except that any reference to an external file is an error.
 pub fn load_obj_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
-    obj::load(bytes, Folder::none())
+    obj::load(bytes, &mut Folder::none())
         .and_then(|loaded| loaded.finish(name.into()))
         .map_err(|fault| fault.in_file(name))
 }

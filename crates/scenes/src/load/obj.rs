@@ -43,12 +43,12 @@ type Corner = (u32, Option<u32>, Option<u32>);
 /// Loads an OBJ: polygons become fans; points, lines, curves and unknown keywords are skipped; `v` of texture
 /// coordinates is flipped because OBJ counts it from below. Of a material `Kd` and `map_d` are used: alpha of
 /// the image where it has any, else its red channel. `mtllib` and `map_d` must exist in the file's folder.
-pub(super) fn load(bytes: &[u8], mut folder: Folder) -> Result<Loaded, FileFault> {
+pub(super) fn load(bytes: &[u8], folder: &mut Folder) -> Result<Loaded, FileFault> {
     // Comments and names in old files are Latin-1; numbers are ASCII in any case.
     let text = String::from_utf8_lossy(bytes);
     let mut reader = Reader::default();
     let mut images = Images::new();
-    statements(&text, |statement| reader.read(&statement, &mut folder, &mut images))?;
+    statements(&text, |statement| reader.read(&statement, folder, &mut images))?;
     reader.finish()
 }
 

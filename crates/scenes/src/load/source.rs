@@ -32,6 +32,8 @@ pub(crate) fn read_limited(path: &Path, limit: u64) -> Result<Vec<u8>, FileFault
 pub(crate) struct Folder {
     path: Option<PathBuf>,
     bytes_left: u64,
+    /// Files read, in their order.
+    read: Vec<PathBuf>,
 }
 
 impl Folder {
@@ -41,12 +43,17 @@ impl Folder {
             Some(parent) if parent != Path::new("") => parent.to_path_buf(),
             _ => PathBuf::from("."),
         };
-        Self { path: Some(parent), bytes_left: MAX_FILE_BYTES }
+        Self { path: Some(parent), bytes_left: MAX_FILE_BYTES, read: Vec::new() }
     }
 
     /// No folder: every external file is refused.
     pub fn none() -> Self {
-        Self { path: None, bytes_left: MAX_FILE_BYTES }
+        Self { path: None, bytes_left: MAX_FILE_BYTES, read: Vec::new() }
+    }
+
+    /// The files that were read, as they were named, each once.
+    pub fn into_read(self) -> Vec<PathBuf> {
+        self.read
     }
 
     /// The bytes of a glTF URI: a base64 `data:` URI, or a percent-encoded relative path within the folder.
@@ -80,7 +87,8 @@ impl Folder {
             fs::canonicalize(path)
                 .map_err(|error| FileFault::invalid(at, format!("file {name:?} cannot be read: {error}")))
         };
-        let path = resolve(&folder.join(name))?;
+        let named = folder.join(name);
+        let path = resolve(&named)?;
         if !path.starts_with(resolve(folder)?) {
             return refuse("is a link out of the scene's folder");
         }
@@ -94,6 +102,9 @@ impl Folder {
             other => other,
         })?;
         self.bytes_left -= bytes.len() as u64;
+        if !self.read.contains(&named) {
+            self.read.push(named);
+        }
         Ok(bytes)
     }
 }
@@ -123,8 +134,11 @@ mod tests {
     use super::*;
 
     fn refused(uri: &str) -> String {
-        let mut folder =
-            Folder { path: Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))), bytes_left: 1 << 20 };
+        let mut folder = Folder {
+            path: Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))),
+            bytes_left: 1 << 20,
+            read: Vec::new(),
+        };
         folder.read_uri(uri, "buffers[0]").unwrap_err().to_string()
     }
 
@@ -167,8 +181,11 @@ mod tests {
 
     #[test]
     fn a_file_in_the_folder_and_a_data_uri_are_read() {
-        let mut folder =
-            Folder { path: Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))), bytes_left: 1 << 20 };
+        let mut folder = Folder {
+            path: Some(PathBuf::from(env!("CARGO_MANIFEST_DIR"))),
+            bytes_left: 1 << 20,
+            read: Vec::new(),
+        };
         let bytes = folder.read_uri("./src/../Cargo.toml", "x");
         assert!(bytes.is_err(), "even a harmless .. is refused");
         assert!(folder.read_uri("./Cargo%2Etoml", "x").unwrap().starts_with(b"[package]"));

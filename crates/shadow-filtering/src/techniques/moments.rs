@@ -149,7 +149,12 @@ impl ShadowBound for BiasedMoments {
     }
 
     fn bounds<R: Real>(&self, b: &[R], z_f: R) -> Pair<R> {
-        self.bound.bounds(&self.biased_in(b), self.variable(z_f))
+        let z_f = self.variable(z_f);
+        if is_double::<R>() {
+            self.bound.bounds(&self.biased_in(b), z_f)
+        } else {
+            self.bound.biased_bounds(b, self.single_alpha, &self.centre, z_f)
+        }
     }
 
     fn has_upper(&self) -> bool {

@@ -28,16 +28,16 @@ pub(crate) fn draw(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<Recorde
         image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).map_err(|error| {
             EvaluationError::Table { table: "error maps".to_owned(), reason: error.to_string() }
         })?;
-        files.push(RecordedFile { name: map_name(&view.scene, &view.name, &technique.name), bytes });
+        let scene = plan.experiment.scenery.words(&view.scene);
+        files.push(RecordedFile { name: map_name(&scene, &view.name, &technique.name), bytes });
     }
     Ok(files)
 }
 
-/// File name of the error map of a technique and view.
+/// File name of the error map of a technique and view, the scene as
+/// [`SceneSettings::words`](crate::SceneSettings::words) has it.
 pub fn map_name(scene: &str, view: &str, technique: &str) -> String {
-    // Only a scene can be a path.
-    let technique = technique.replace('.', "-");
-    format!("map-{}-{}-{}.png", words(scene), words(view), words(&technique))
+    format!("map-{scene}-{}-{}.png", words(view), words(technique))
 }
 
 /// The error of largest size in each block of texels, as grey.
@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn names_are_plain_file_names() {
-        let name = map_name("../my scenes/Tower.glb", "low sun", "EVSM 4, c = 5.54");
+        let name = map_name("tower", "low sun", "EVSM 4, c = 5.54");
         assert_eq!(name, "map-tower-low-sun-evsm-4-c-5-54.png");
     }
 }

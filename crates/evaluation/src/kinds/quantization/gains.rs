@@ -54,8 +54,11 @@ pub(crate) fn optimised(setting: &GainSetting, seed: u64) -> (GainRecord, GainSa
     };
     match result {
         Ok((basis, optimum)) => {
-            let Optimum { transform, gain_bits, bound_bits, range_min, range_max, starts, hits, .. } =
+            let Optimum { transform, depths, gain_bits, bound_bits, range_min, range_max, starts, hits } =
                 optimum;
+            if depths != setting.range.interval() {
+                record.range = Range::Signed.name().to_owned();
+            }
             record.m = basis.len();
             record.gain_bits = Some(gain_bits);
             record.bound_bits = Some(bound_bits);

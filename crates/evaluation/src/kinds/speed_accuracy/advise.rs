@@ -99,7 +99,8 @@ pub struct Advice {
     pub recommendation: Option<Choice>,
     /// Of the cheaper ones, which do not meet it, the most accurate.
     pub next_cheaper: Option<Choice>,
-    /// The cheapest that errs at least a tenth less; without a recommendation the most accurate of all.
+    /// The cheapest that errs at least a tenth less, or if there is none the most accurate that errs less at all; without
+    /// a recommendation the most accurate of all. `None`: of the costlier ones none erred less.
     pub next_better: Option<Choice>,
     /// Moments and surfaces that the kernels need.
     pub needs: Vec<OrderShare>,
@@ -136,26 +137,13 @@ impl Advice {
             Some(winner) => {
                 race.extend(winner, SHOWN_FRAGMENTS)?;
                 let cheaper = least_error(&race, 0..winner);
-                let error = race.best_variant(winner).1.error;
-                let is_better = |arm: &usize| race.best_variant(*arm).1.error < BETTER * error;
-                let better = (winner + 1..race.arms.len()).find(is_better);
-                for neighbour in [cheaper, better].into_iter().flatten() {
-                    race.extend(neighbour, SHOWN_FRAGMENTS)?;
+                if let Some(cheaper) = cheaper {
+                    race.extend(cheaper, SHOWN_FRAGMENTS)?;
                 }
+                let better = better_than(&mut race, winner)?;
                 (Some(winner), cheaper, better)
             }
-            None => {
-                // The most accurate may change as more is seen of it.
-                let mut best = least_error(&race, 0..race.arms.len());
-                while let Some(arm) = best.filter(|&arm| race.arms[arm].seen() < race.fragments()) {
-                    if race.arms[arm].seen() >= SHOWN_FRAGMENTS {
-                        break;
-                    }
-                    race.extend(arm, SHOWN_FRAGMENTS)?;
-                    best = least_error(&race, 0..race.arms.len());
-                }
-                (None, None, best)
-            }
+            None => (None, None, settled(&mut race, |race| least_error(race, 0..race.arms.len()))?),
         };
         let choice = |arm: Option<usize>| arm.map(|arm| choice(&plan, &race, arm));
         let records: Vec<_> =
@@ -200,6 +188,36 @@ fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, Ev
     }
     experiment.check()?;
     Ok(experiment)
+}
+
+/// The cheapest of the costlier arms that errs at least a tenth less than this one, else the most accurate of those that
+/// err less.
+fn better_than(race: &mut Race<'_>, winner: usize) -> Result<Option<usize>, EvaluationError> {
+    let error = race.best_variant(winner).1.error;
+    let errs_less = |race: &Race<'_>, arm: usize, share: f64| race.best_variant(arm).1.error < share * error;
+    let clearly =
+        settled(race, |race| (winner + 1..race.arms.len()).find(|&arm| errs_less(race, arm, BETTER)))?;
+    if clearly.is_some() {
+        return Ok(clearly);
+    }
+    settled(race, |race| {
+        least_error(race, winner + 1..race.arms.len()).filter(|&arm| errs_less(race, arm, 1.0))
+    })
+}
+
+/// What `choose` names once it has seen enough of it: the choice may change as more is seen.
+fn settled(
+    race: &mut Race<'_>,
+    choose: impl Fn(&Race<'_>) -> Option<usize>,
+) -> Result<Option<usize>, EvaluationError> {
+    let enough = SHOWN_FRAGMENTS.min(race.fragments());
+    while let Some(arm) = choose(race) {
+        if race.arms[arm].seen() >= enough {
+            return Ok(Some(arm));
+        }
+        race.extend(arm, enough)?;
+    }
+    Ok(None)
 }
 
 fn least_error(race: &Race<'_>, arms: std::ops::Range<usize>) -> Option<usize> {

@@ -327,7 +327,7 @@ impl SpeedAccuracyExperiment {
     ) -> Vec<PictureSetting> {
         let Some(every) = &self.every_view else { return Vec::new() };
         let picture = |(scene, view): (&str, &str)| PictureSetting {
-            id: format!("view-{}-{}", words(scene), words(view)),
+            id: format!("view-{}-{}", self.scenery.words(scene), words(view)),
             scene: scene.to_owned(),
             view: view.to_owned(),
             techniques: every.techniques.clone(),

@@ -82,8 +82,9 @@ impl PreparedBasis {
         &self.cells[first..last]
     }
 
-    /// Local maxima of y . a - p on \[0, 1\] that exceed `tolerance`. Not rigorous: proposes columns.
-    pub(super) fn violations(&self, y: &[DoubleDouble], step: Step, tolerance: f64) -> Vec<f64> {
+    /// Local maxima of y . a - p on \[0, 1\] that exceed `tolerance`, with the number of intervals examined for them. Not
+    /// rigorous: proposes columns.
+    pub(super) fn violations(&self, y: &[DoubleDouble], step: Step, tolerance: f64) -> (Vec<f64>, usize) {
         let rounded: Vec<f64> = y.iter().map(|y| y.to_f64()).collect();
         let coefficients = self.coefficients(y);
         let mut search =
@@ -106,7 +107,7 @@ impl PreparedBasis {
                 }
             }
         }
-        search.found
+        (search.found, search.examined)
     }
 
     /// Highest point found of the function in \[left, right\], by Newton's method from `start`.

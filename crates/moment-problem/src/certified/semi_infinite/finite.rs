@@ -28,6 +28,9 @@ const PIVOT_TOLERANCE: f64 = 1e-18;
 /// vertex reached decides what it is worth.
 const MAX_PIVOTS: usize = 500;
 
+/// Pivots of one program: about ten times what any certified answer needed. Beyond it the program is refused in time.
+const MAX_PIVOTS_IN_ALL: usize = 3000;
+
 /// Pivots that bring a basis near the optimum to feasible weights; more are not worth it.
 const MAX_REPAIRS: usize = 12;
 
@@ -38,6 +41,13 @@ pub(crate) struct Column {
     pub cost: f64,
 }
 
+/// A program in other coordinates: columns without the artificial ones, right-hand side, dual vector.
+pub(crate) struct Turned {
+    pub columns: Vec<Column>,
+    pub target: Vec<DoubleDouble>,
+    pub dual: Vec<DoubleDouble>,
+}
+
 /// A linear program with equality constraints in double-double: minimise sum p_j w_j subject to sum a_j w_j = b, w >= 0.
 pub(crate) struct FiniteProgram {
     rank: usize,
@@ -46,6 +56,8 @@ pub(crate) struct FiniteProgram {
     /// The first `rank` columns are artificial unit columns with z = NaN.
     columns: Vec<Column>,
     basic: Vec<usize>,
+    /// Pivots so far.
+    pivots: usize,
 }
 
 impl FiniteProgram {
@@ -68,7 +80,7 @@ impl FiniteProgram {
             columns.push(Column { z: f64::NAN, entries, cost: ARTIFICIAL_COSTS[0] });
         }
         columns.extend(real);
-        Self { rank, target: target.to_vec(), perturbed, columns, basic: (0..rank).collect() }
+        Self { rank, target: target.to_vec(), perturbed, columns, basic: (0..rank).collect(), pivots: 0 }
     }
 
     /// Starts from given columns instead, by their numbers without the artificial ones, if they are a feasible
@@ -114,6 +126,30 @@ impl FiniteProgram {
             self.basic[row] = entering;
         }
         Ok(false)
+    }
+
+    /// The right-hand side as given.
+    pub(crate) fn target(&self) -> &[DoubleDouble] {
+        &self.target
+    }
+
+    /// The same program with the present basis as coordinates: columns of the basis become unit vectors, so that nothing
+    /// is lost in rows of very different sizes.
+    pub(crate) fn in_present_basis(&self) -> Result<Turned, MomentError> {
+        let factors = self.factors()?;
+        let turned = |column: &Column| {
+            let entries = factors.solve(&column.entries);
+            // A depth far from the basis has large coordinates: its weight is counted in their reciprocal.
+            let size = entries.iter().map(|entry| entry.to_f64().abs()).fold(1.0, f64::max);
+            let scale = DoubleDouble::one() / DoubleDouble::from(size);
+            let entries = entries.into_iter().map(|entry| entry * scale).collect();
+            Column { z: column.z, entries, cost: column.cost / size }
+        };
+        Ok(Turned {
+            columns: self.columns().iter().map(turned).collect(),
+            target: factors.solve(&self.target),
+            dual: self.costs(),
+        })
     }
 
     /// Columns without the artificial ones.
@@ -180,7 +216,8 @@ impl FiniteProgram {
                     entering = Some(j);
                 }
             }
-            let Some(entering) = entering else { return Ok(()) };
+            let Some(entering) = entering.filter(|_| self.pivots < MAX_PIVOTS_IN_ALL) else { return Ok(()) };
+            self.pivots += 1;
             let x = factors.solve(&self.perturbed);
             let direction = factors.solve(&self.columns[entering].entries);
             let largest = direction.iter().map(|d| d.to_f64().abs()).fold(0.0, f64::max);

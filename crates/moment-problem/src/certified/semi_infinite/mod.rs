@@ -8,17 +8,23 @@ mod simplex;
 pub(crate) use certificate::Step;
 pub(crate) use finite::{Column, FiniteProgram};
 pub(crate) use prepared::PreparedBasis;
-pub(crate) use simplex::{Program, Solution, minimise};
+pub(crate) use simplex::{Origin, Program, Solution, minimise};
 
+use super::exact::{ExactPowers, exact_of};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::certified::bounds::{
-    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_input, sorted_support,
+    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
+    sorted_support,
 };
+use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 
 /// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
 pub(crate) const CERTIFIED_GAP: f64 = 1e-8;
+
+/// Power moments up to which the simplex in double-double is at its ease.
+const MOST_POWERS: usize = 8;
 
 /// The certified solver for any basis on \[0, 1\].
 ///
@@ -40,13 +46,13 @@ impl ExchangeSimplex {
 /// Both bounds for checked input.
 pub(crate) fn solve_prepared(
     prepared: &PreparedBasis,
-    moments: &[DoubleDouble],
+    (moments, origin): (&[DoubleDouble], Origin),
     z_f: f64,
     extra: &[f64],
 ) -> Result<Bounds, MomentError> {
     let target = prepared.right_hand_side(moments)?;
-    let lower = minimise(prepared, &target, Step::Lower { z_f }, extra)?;
-    let upper = minimise(prepared, &target, Step::Upper { z_f }, extra)?;
+    let lower = minimise(prepared, &target, origin, Step::Lower { z_f }, extra)?;
+    let upper = minimise(prepared, &target, origin, Step::Upper { z_f }, extra)?;
     assemble(prepared, &lower, &upper).certified(CERTIFIED_GAP)
 }
 
@@ -88,6 +94,32 @@ impl LowerBound for ExchangeSimplex {
 
     fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
-        solve_prepared(&self.prepared, moments, z_f, depths)
+        if depths.is_empty() && self.basis().power_order().is_some_and(|order| order > MOST_POWERS) {
+            // Moments of no distribution are projected by the simplex.
+            match ExactPowers::of_moments(moments, z_f).bounds(Interval::Unit) {
+                Err(MomentError::Infeasible { .. } | MomentError::NotPositiveDefinite { .. }) => {}
+                result => return result,
+            }
+        }
+        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
+        solve_prepared(&self.prepared, (moments, origin), z_f, depths)
+    }
+
+    fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
+        check_depths(z.depths(), Interval::Unit)?;
+        let exact = || exact_of(self.basis(), Interval::Unit, z, z_f);
+        let order = self.basis().power_order().unwrap_or(0);
+        // Few depths are determined by their moments: a degenerate vertex for the simplex, nothing to exact arithmetic.
+        let is_exact_first = (order > MOST_POWERS || 2 * z.depths().len() <= order) && z_f.is_finite();
+        if let Some(result) = is_exact_first.then(exact).flatten() {
+            return result;
+        }
+        let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
+        result.or_else(|error| match error {
+            MomentError::Uncertified { .. } | MomentError::Infeasible { .. } | MomentError::Solver { .. } => {
+                exact().unwrap_or(Err(error))
+            }
+            error => Err(error),
+        })
     }
 }

@@ -1,8 +1,9 @@
 //! Primal simplex method in double-double over finitely many depths, with columns added where the dual function
 //! exceeds the step: a linear program over the whole interval, not over a grid.
 
+use super::CERTIFIED_GAP;
 use super::certificate::{SEARCH_TOLERANCE, Step};
-use super::finite::{ARTIFICIAL_COSTS, ARTIFICIAL_RESIDUAL, Column, FiniteProgram};
+use super::finite::{ARTIFICIAL_COSTS, ARTIFICIAL_RESIDUAL, Column, FiniteProgram, Turned};
 use super::prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::dense::dot;
@@ -14,6 +15,10 @@ const STALLED: f64 = 0.9;
 
 /// Exchanges: convergence is quadratic near the solution; more means that something is wrong.
 const MAX_EXCHANGES: usize = 60;
+
+/// Evaluations of functions on intervals that all searches of one program may take, at half a microsecond each: more than any
+/// certified answer needed, and a fraction of a second.
+const MAX_EVALUATIONS: usize = 400_000;
 
 /// Cells of the uniform grid that the exchange starts from: coarse, since the exchange adds what is missing.
 pub(crate) const START_CELLS: usize = 64;
@@ -32,30 +37,41 @@ pub(crate) struct Solution {
     pub support: Vec<(f64, f64)>,
 }
 
+/// Whether moments are known to belong to a distribution, in which case bounds are proved for them as they are, or may have
+/// been rounded out of the set of moments, in which case they are projected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Origin {
+    Distribution,
+    Numbers,
+}
+
 /// Minimises E\[p\] over distributions on \[0, 1\] with the moments `right_hand_side` (orthonormal coordinates).
 ///
 /// `extra` are depths to start from besides the uniform grid and z_f, such as the kernel's own.
 pub(crate) fn minimise(
     prepared: &PreparedBasis,
     right_hand_side: &[DoubleDouble],
+    origin: Origin,
     step: Step,
     extra: &[f64],
 ) -> Result<Solution, MomentError> {
-    Program::new(prepared, right_hand_side, step, START_CELLS, extra).solve()
+    Program::new(prepared, (right_hand_side, origin), step, START_CELLS, extra).solve()
 }
 
 /// A linear program over the depths collected so far.
 pub(crate) struct Program<'a> {
     prepared: &'a PreparedBasis,
     step: Step,
+    origin: Origin,
     finite: FiniteProgram,
+    evaluations: usize,
 }
 
 impl<'a> Program<'a> {
     /// Starts from the ends of `cells` equal cells, the `extra` depths and z_f.
     pub(crate) fn new(
         prepared: &'a PreparedBasis,
-        target: &[DoubleDouble],
+        (target, origin): (&[DoubleDouble], Origin),
         step: Step,
         cells: usize,
         extra: &[f64],
@@ -66,12 +82,17 @@ impl<'a> Program<'a> {
         depths.sort_by(f64::total_cmp);
         depths.dedup();
         let columns = depths.iter().map(|&z| column(prepared, step, z)).collect();
-        Self { prepared, step, finite: FiniteProgram::new(target, columns) }
+        Self { prepared, step, origin, finite: FiniteProgram::new(target, columns), evaluations: 0 }
     }
 
     /// Columns without the artificial ones.
     pub(crate) fn columns(&self) -> &[Column] {
         self.finite.columns()
+    }
+
+    /// The program over the present depths in coordinates of its optimal basis.
+    pub(crate) fn in_present_basis(&self) -> Result<Turned, MomentError> {
+        self.finite.in_present_basis()
     }
 
     /// Optimum over the present depths: its dual y over the orthonormal rows and its value y . b.
@@ -107,8 +128,12 @@ impl<'a> Program<'a> {
             if vertex.residual <= FEASIBILITY_TOLERANCE && vertex.is_zero() {
                 break; // nothing is smaller, so nothing has to be proved
             }
-            let violations = self.prepared.violations(&vertex.dual, self.step, SEARCH_TOLERANCE);
-            if violations.is_empty() || !self.add_columns(violations.into_iter()) {
+            let (violations, examined) = self.prepared.violations(&vertex.dual, self.step, SEARCH_TOLERANCE);
+            self.evaluations += examined * self.prepared.basis().len();
+            if violations.is_empty()
+                || self.evaluations > MAX_EVALUATIONS
+                || !self.add_columns(violations.into_iter())
+            {
                 break;
             }
         }
@@ -133,13 +158,19 @@ impl<'a> Program<'a> {
         if residual.is_nan() || residual > FEASIBILITY_TOLERANCE {
             return Err(MomentError::Infeasible { residual });
         }
+        // Depths so close that the perturbation alone made their weights positive: the vertex attains nothing.
+        let negative = vertex.support.iter().map(|&(_, weight)| -weight).fold(0.0, f64::max);
+        if negative > CERTIFIED_GAP {
+            return Err(MomentError::Uncertified { gap: negative });
+        }
         if vertex.is_zero() {
             vertex.dual.fill(DoubleDouble::zero());
         }
-        let (y, target) = (vertex.dual, vertex.attained);
+        let (y, attained) = (vertex.dual, vertex.attained);
+        let target = if self.origin == Origin::Distribution { self.finite.target() } else { &attained };
         let excess = self.prepared.excess(&y, self.step).max(0.0);
-        let dual_value = dot(&y, &target).to_f64();
-        let rounding: f64 = y.iter().zip(&target).map(|(y, b)| (y.to_f64() * b.to_f64()).abs()).sum();
+        let dual_value = dot(&y, target).to_f64();
+        let rounding: f64 = y.iter().zip(target).map(|(y, b)| (y.to_f64() * b.to_f64()).abs()).sum();
         let proved = dual_value - excess - rounding * 1e-28 - f64::EPSILON;
         Ok(Solution { dual: y, primal_value: vertex.value.to_f64(), proved, excess, support: vertex.support })
     }

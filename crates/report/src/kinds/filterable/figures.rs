@@ -21,12 +21,13 @@ pub(crate) fn draw(run: &RunDirectory, tables: &FilterableTables<'_>) -> Result<
         if !experiment.maps.covers(&view.scene, &view.view) {
             continue;
         }
+        let scene = experiment.scenery.words(&view.scene);
         let mut tiles = Vec::new();
         for technique in experiment.technique.iter().filter(|t| experiment.maps.shows(t)) {
-            let path = run.path().join(map_name(&view.scene, &view.view, &technique.name));
+            let path = run.path().join(map_name(&scene, &view.view, &technique.name));
             tiles.push((technique.name.clone(), path));
         }
-        let stem = map_name(&view.scene, &view.view, "");
+        let stem = map_name(&scene, &view.view, "");
         let stem = stem.trim_start_matches("map-").trim_end_matches(".png").trim_end_matches('-');
         let titled = |what: &str| format!("{what}, {} from {}", view.scene, view.view);
         let (error, leak) = (titled("|G - F|"), titled("G - F"));

@@ -1,0 +1,142 @@
+//! G <= F for kernels of one to three flat surfaces with and without the far plane, the commonest of all, with the fragment at and
+//! next to a surface: every technique that calls itself a bound, in double precision.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use moment_problem::MomentBound;
+use shadow_filtering::{Technique, TechniqueSpec};
+
+/// Excess that is no violation, besides the bias: the project's tolerance for bounds.
+const TOLERANCE: f64 = 1e-6;
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut x = self.0;
+        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+}
+
+/// Depths with weights, and z_f: at one of them, 1e-12 to 1e-3 beside it, or anywhere.
+fn kernel(random: &mut Random) -> (Vec<(f64, f64)>, f64) {
+    let surfaces = 1 + random.below(3);
+    let mut atoms: Vec<(f64, f64)> = (0..surfaces).map(|_| (random.unit(), 0.01 + random.unit())).collect();
+    let light = |random: &mut Random| 10f64.powf(-4.0 * random.unit());
+    if random.below(4) == 0 {
+        atoms.iter_mut().for_each(|atom| atom.1 = light(random));
+    }
+    if random.below(2) == 0 {
+        let weight = if random.below(4) == 0 { light(random) } else { 0.01 + random.unit() };
+        atoms.push((1.0, weight));
+    }
+    let sum: f64 = atoms.iter().map(|atom| atom.1).sum();
+    atoms.iter_mut().for_each(|atom| atom.1 /= sum);
+    let near = atoms[random.below(atoms.len())].0;
+    let side = if random.below(2) == 0 { 1.0 } else { -1.0 };
+    let z_f = match random.below(4) {
+        0 => near,
+        1 => random.unit(),
+        _ => near + side * 10f64.powf(-12.0 + 9.0 * random.unit()),
+    };
+    (atoms, z_f.clamp(0.0, 1.0))
+}
+
+fn technique(toml: &str) -> Technique {
+    toml::from_str::<TechniqueSpec>(toml).unwrap().build().unwrap()
+}
+
+/// Every bound that is computed by a closed form, with the bias that it adds to F at most.
+fn bounds() -> Vec<(Technique, f64)> {
+    let warps = [
+        "bound = 'vsm'",
+        "bound = 'esm'\nexponent = 80.0",
+        "bound = 'evsm'\nexponent = 40.0",
+        "bound = 'evsm'\nexponent = 40.0\nnegative_exponent = 5.0",
+        "bound = 'lvsm'\nlayers = 4",
+    ];
+    let warps = warps.into_iter().map(|toml| (technique(toml), 0.0));
+    let moments = MomentBound::ALL.into_iter();
+    let moments = moments.map(|bound| (moments_of(bound), bound.double_precision_bias()));
+    warps.chain(moments).filter(|(technique, _)| technique.is_lower_bound()).collect()
+}
+
+fn moments_of(bound: MomentBound) -> Technique {
+    TechniqueSpec::from(bound).build().unwrap()
+}
+
+/// `MSM_SURFACES` sets the number of kernels.
+#[test]
+fn flat_surfaces_are_not_shadowed_by_rounding() {
+    let count = std::env::var("MSM_SURFACES").map_or(100_000, |count| count.parse().unwrap());
+    let techniques = bounds();
+    assert_eq!(techniques.len(), 11);
+    let mut worst = vec![(f64::NEG_INFINITY, 0, String::new()); techniques.len()];
+    let mut random = Random(2);
+    let mut encoded = [0.0; 8];
+    for _ in 0..count {
+        let (atoms, z_f) = kernel(&mut random);
+        let f: f64 = atoms.iter().filter(|atom| atom.0 < z_f).map(|atom| atom.1).sum();
+        for ((technique, alpha), worst) in techniques.iter().zip(&mut worst) {
+            let encoded = &mut encoded[..technique.channels()];
+            let mut filtered = [0.0; 8];
+            for &(z, w) in &atoms {
+                technique.evaluate(z, encoded);
+                filtered.iter_mut().zip(&*encoded).for_each(|(sum, value)| *sum += w * value);
+            }
+            let excess = technique.shade(&filtered[..technique.channels()], z_f).unwrap() - f - alpha;
+            worst.1 += usize::from(excess > TOLERANCE);
+            if excess > worst.0 {
+                (worst.0, worst.2) = (excess, format!("z_f = {z_f:?}, {atoms:?}"));
+            }
+        }
+    }
+    for ((technique, _), (excess, broken, _)) in techniques.iter().zip(&worst) {
+        println!("{}: {broken} of {count} broken, largest excess {excess:.1e}", technique.name());
+    }
+    for ((technique, _), (excess, _, input)) in techniques.iter().zip(&worst) {
+        assert!(*excess <= TOLERANCE, "{} exceeds F by {excess:e}: {input}", technique.name());
+    }
+}
+
+/// The moment techniques in single precision at their default bias, with stored moments and depths rounded to it.
+/// `MSM_SURFACES` sets the number of kernels.
+#[test]
+fn flat_surfaces_are_not_shadowed_by_single_precision() {
+    let count = std::env::var("MSM_SURFACES").map_or(100_000, |count| count.parse().unwrap());
+    let mut encoded = [0.0; 8];
+    for bound in MomentBound::ALL {
+        let technique = moments_of(bound);
+        let encoded = &mut encoded[..technique.channels()];
+        let alpha = bound.single_precision_bias();
+        let mut random = Random(4);
+        for _ in 0..count {
+            let (mut atoms, z_f) = kernel(&mut random);
+            atoms.iter_mut().for_each(|atom| atom.0 = f64::from(atom.0 as f32));
+            let z_f = z_f as f32;
+            let f: f64 = atoms.iter().filter(|atom| atom.0 < f64::from(z_f)).map(|atom| atom.1).sum();
+            let mut filtered = [0.0; 8];
+            for &(z, w) in &atoms {
+                technique.evaluate(z, encoded);
+                filtered.iter_mut().zip(&*encoded).for_each(|(sum, value)| *sum += w * value);
+            }
+            let stored = filtered.map(|value| value as f32);
+            let g = f64::from(technique.shade(&stored[..technique.channels()], z_f).unwrap());
+            let excess = g - f - alpha;
+            assert!(excess <= TOLERANCE, "{}: {excess:e} above F at {z_f:?} of {atoms:?}", technique.name());
+        }
+    }
+}
