@@ -1,6 +1,7 @@
 //! Summed-area tables: whole numbers bit for bit, means to rounding.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use applications::field::{Fit, Means, MomentField, SummedMoments};
 use applications::region::Region;
@@ -48,9 +49,10 @@ fn cached<T>(
     let mut found = HashMap::new();
     for row in table.rows() {
         let key = key(&row)?;
-        if !found.contains_key(&key) {
-            let made = make(&Map::read(table, &key.0)?, key.1).map_err(|e| table.located(&row, e))?;
-            found.insert(key, made);
+        if let Entry::Vacant(place) = found.entry(key) {
+            let (map, window) = place.key();
+            let made = make(&Map::read(table, map)?, *window).map_err(|e| table.located(&row, e))?;
+            place.insert(made);
         }
     }
     Ok(found)
