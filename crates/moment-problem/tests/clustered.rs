@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use moment_problem::{Basis, DepthDistribution, Hamburger, Interval, LowerBound, MomentError, closed_form};
+use random_stream::Random;
 use std::path::Path;
 
 /// Answers whose attained and proved values differ by more than this are errors.
@@ -36,28 +37,6 @@ fn recorded_clusters_are_right_and_proved() {
         count += 1;
     }
     assert_eq!(count, 60);
-}
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
 }
 
 /// One or two clusters of widths from 1e-7 to 1e-2, near 0 or far from it, with weights of any size; z_f at a depth, within the
@@ -142,7 +121,7 @@ where
 #[test]
 fn random_clusters_are_certified() {
     let count = std::env::var("MSM_CLUSTERS").map_or(10_000, |count| count.parse().unwrap());
-    let mut random = Random(18);
+    let mut random = Random::new(18);
     let mut from_doubles: [Counts; 4] = Default::default();
     for i in 0..count {
         let (z, z_f) = clustered(&mut random);

@@ -4,32 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use moment_problem::MomentBound;
+use random_stream::Random;
 use shadow_filtering::{Technique, TechniqueSpec};
 
 /// Excess that is no violation, besides the bias: the project's tolerance for bounds.
 const TOLERANCE: f64 = 1e-6;
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut x = self.0;
-        x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        x ^ (x >> 31)
-    }
-
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-}
 
 /// Depths with weights, and z_f: at one of them, 1e-12 to 1e-3 beside it, or anywhere.
 fn kernel(random: &mut Random) -> (Vec<(f64, f64)>, f64) {
@@ -85,7 +64,7 @@ fn flat_surfaces_are_not_shadowed_by_rounding() {
     let techniques = bounds();
     assert_eq!(techniques.len(), 11);
     let mut worst = vec![(f64::NEG_INFINITY, 0, String::new()); techniques.len()];
-    let mut random = Random(2);
+    let mut random = Random::new(2);
     let mut encoded = [0.0; 8];
     for _ in 0..count {
         let (atoms, z_f) = kernel(&mut random);
@@ -122,7 +101,7 @@ fn flat_surfaces_are_not_shadowed_by_single_precision() {
         let technique = moments_of(bound);
         let encoded = &mut encoded[..technique.channels()];
         let alpha = bound.single_precision_bias();
-        let mut random = Random(4);
+        let mut random = Random::new(4);
         for _ in 0..count {
             let (mut atoms, z_f) = kernel(&mut random);
             atoms.iter_mut().for_each(|atom| atom.0 = f64::from(atom.0 as f32));
