@@ -123,7 +123,7 @@ mod tests {
             let net = ScrambledNet::new(256, seed, 5);
             for first in [0, 64, 128, 192] {
                 for width in 0..=6 {
-                    let mut seen = vec![false; 64];
+                    let mut seen = [false; 64];
                     for i in first..first + 64 {
                         let [x, y] = net.shifted(i, shift);
                         assert!((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y));
