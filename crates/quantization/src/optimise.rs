@@ -167,8 +167,13 @@ pub fn optimise(
     } else {
         Err(QuantizationError::Overflow { basis: basis.to_string(), interval })
     };
-    if basis.power_order().is_some() && interval != DepthInterval::SIGNED {
-        return found.or_else(|_| on(DepthInterval::SIGNED));
+    // Far from 0 the rounded powers cancel: the transform then leaves its box, or wastes some of it.
+    let fills = |optimum: &Optimum| {
+        optimum.range_min <= RANGE_TOLERANCE && optimum.range_max >= 1.0 - RANGE_TOLERANCE
+    };
+    if basis.power_order().is_some() && interval != DepthInterval::SIGNED && !found.as_ref().is_ok_and(fills)
+    {
+        return on(DepthInterval::SIGNED);
     }
     found
 }

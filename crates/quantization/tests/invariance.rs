@@ -31,6 +31,8 @@ fn metres_kilometres_and_slices_gain_what_unit_depths_gain() {
         (6, 30.587, 0.5, 0.5001),
         (4, 12.278, -3e7, -2e7),
         (2, 2.0, 1e12, 2e12),
+        // Rounded here, the matrix would leave 4e-4 of its box unused.
+        (5, 20.375_678, 807.504_692_500_976_4, 810.620_688_791_863),
     ] {
         let optimum = found(&Basis::power(order), start, end);
         assert!(
