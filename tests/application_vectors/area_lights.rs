@@ -7,7 +7,8 @@ use applications::soft_shadow::{
     AreaTruth, BlockerSearch, Blockers, DepthField, Filter, Fragment, Penumbra, TruthSettings,
     percentage_closer_soft_shadow,
 };
-use applications::{Outline, PlacedLight};
+use applications::PlacedLight;
+use scenes::Outline;
 use libtest_mimic::Failed;
 use rayon::prelude::*;
 

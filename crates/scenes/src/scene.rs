@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::AreaLight;
+
 /// Largest magnitude of a world-space coordinate. Squares of differences stay finite in 32-bit floats.
 pub(crate) const MAX_COORDINATE: f64 = 1e15;
 
@@ -40,13 +42,29 @@ pub struct Material {
     pub mask: Option<Arc<AlphaMask>>,
 }
 
-/// A directional light with a name.
+/// A light with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightView {
     /// Name, unique within the scene.
     pub name: String,
-    /// Direction in which the light travels, world space, need not be normalised, never zero.
+    /// Direction in which the light travels, world space, need not be normalised, never zero. That of a local light is
+    /// the one in which it shines.
     pub direction: [f32; 3],
+    /// Size and place; without extent for hard shadows.
+    pub light: AreaLight,
+}
+
+impl LightView {
+    /// A directional light without extent.
+    pub fn directional(name: impl Into<String>, direction: [f32; 3]) -> Self {
+        Self { name: name.into(), direction, light: AreaLight::DISTANT_POINT }
+    }
+
+    /// A light of some size. `direction` is for the sun; a local light shines along its own U x V.
+    pub fn new(name: impl Into<String>, light: AreaLight, direction: [f32; 3]) -> Self {
+        let direction = light.front().map_or(direction, |front| front.map(|c| c as f32));
+        Self { name: name.into(), direction, light }
+    }
 }
 
 /// A pinhole camera.

@@ -2,7 +2,7 @@
 
 use super::edge_test::Sheared;
 use super::tree::Triangles;
-use crate::vector::{cross, difference, dot, norm};
+use scenes::vector::{cross, dot, minus, norm};
 
 /// A triangle whose plane holds the origin can be met there only, which is the surface on which the origin lies or its
 /// neighbour. "Holds" is up to this, relative to the scene's largest coordinate: 64 roundings of double precision, in
@@ -133,8 +133,8 @@ impl Query {
 
     #[cold]
     fn is_on_plane(&self, corners: &[[f32; 3]; 3]) -> bool {
-        let [a, b, c] = corners.map(|corner| difference(corner.map(f64::from), self.origin));
-        let normal = cross(difference(b, a), difference(c, a));
+        let [a, b, c] = corners.map(|corner| minus(corner.map(f64::from), self.origin));
+        let normal = cross(minus(b, a), minus(c, a));
         dot(normal, a).abs() <= self.plane * norm(normal)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::edge_test::Sheared;
 use super::*;
-use crate::vector::difference;
+use scenes::vector::minus;
 use random_stream::Random;
 
 /// Vertices and triangles of hills over `n` x `n` squares.
@@ -45,7 +45,7 @@ fn aimed(n: usize, positions: &[[f32; 3]], random: &mut Random) -> Segment {
         1 => [spread(random), 8.0, target[2]],
         _ => [spread(random), 5.0 + 5.0 * random.unit(), spread(random)],
     };
-    Segment { origin, direction: difference(target, origin), endless: true, from: None }
+    Segment { origin, direction: minus(target, origin), endless: true, from: None }
 }
 
 fn misses(scene: &Triangles, rays: &[Segment], meets: fn(&Sheared, &[[f32; 3]; 3]) -> Option<f64>) -> usize {

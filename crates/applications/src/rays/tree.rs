@@ -15,7 +15,7 @@ use std::time::Duration;
 use thiserror::Error;
 
 use super::query::Segment;
-use crate::vector::difference;
+use scenes::vector::minus;
 
 /// By how much boxes grow on each side, in units of half the scene's largest extent.
 const PADDING: f32 = 16.0 / 16_777_216.0;
@@ -181,7 +181,7 @@ impl Triangles {
     #[inline(always)]
     fn tree_ray(&self, segment: &Segment) -> Option<Ray> {
         let scaled = |v: [f64; 3]| v.map(|c| c * self.scale);
-        let mut origin = scaled(difference(segment.origin, self.centre));
+        let mut origin = scaled(minus(segment.origin, self.centre));
         let mut step = scaled(segment.direction);
         let mut end = PARAMETER;
         if segment.endless {
@@ -226,6 +226,6 @@ impl Triangles {
 
 /// World to tree coordinates.
 fn local(position: [f64; 3], centre: [f64; 3], scale: f64) -> Vec3A {
-    let [x, y, z] = difference(position, centre).map(|c| (c * scale) as f32);
+    let [x, y, z] = minus(position, centre).map(|c| (c * scale) as f32);
     vec3a(x, y, z)
 }

@@ -3,7 +3,8 @@
 use super::*;
 use crate::field::{MomentField, SummedMoments};
 use crate::rays::Triangles;
-use crate::{Outline, PlacedLight, errors, truths};
+use crate::{PlacedLight, errors, truths};
+use scenes::Outline;
 use moment_problem::MomentBound;
 use shadow_filtering::DepthMap;
 
