@@ -52,9 +52,9 @@ impl Bounds {
 /// Angular diameter in degrees and direction of the sun that every scene has.
 const WIDE_SUN: (f64, [f32; 3]) = (10.0, [0.8, -0.6, 0.35]);
 
-/// Axes of the lamp that every scene has, orthonormal with few digits: along the map's rows, down its columns, and the way
-/// it shines.
-const LAMP: [[f64; 3]; 3] = [[-0.8, 0.0, -0.6], [0.48, -0.6, -0.64], [-0.36, -0.8, 0.48]];
+/// Axes of the lamp that every scene has, orthonormal, in thousandths: along the map's rows, down its columns, and the way it
+/// shines.
+const LAMP: [[f64; 3]; 3] = [[-960.0, 0.0, -280.0], [224.0, -600.0, -768.0], [-168.0, -800.0, 576.0]];
 /// Distance of the lamp from the middle of the scene and its half size, in units of half the scene's diagonal. It sees the
 /// whole scene within 42 degrees.
 const LAMP_DISTANCE: f64 = 1.5;
@@ -70,9 +70,10 @@ pub(crate) fn area_views(bounds: &Bounds) -> Vec<LightView> {
     let rounded = |value: f64| (value / step).round() * step;
     let [right, down, forward] = LAMP;
     let middle = bounds.centre();
-    let centre = [0, 1, 2].map(|k| rounded(middle[k] - LAMP_DISTANCE * radius * forward[k]));
+    let centre = [0, 1, 2].map(|k| rounded(middle[k] - LAMP_DISTANCE * radius * forward[k] / 1000.0));
     let half = rounded(LAMP_HALF_SIZE * radius);
-    let lamp = AreaLight::local(Outline::Rectangle, centre, [right, down].map(|axis| axis.map(|c| half * c)));
+    let half_axes = [right, down].map(|axis| axis.map(|c| half * c / 1000.0));
+    let lamp = AreaLight::local(Outline::Rectangle, centre, half_axes);
     let views = [Some(("wide", wide)), lamp.ok().map(|lamp| ("lamp", lamp))];
     views.into_iter().flatten().map(|(name, light)| LightView::new(name, light, direction)).collect()
 }

@@ -31,6 +31,19 @@ pub struct AlphaMask {
     pub cutoff: u8,
 }
 
+impl AlphaMask {
+    /// Whether there is a surface at texture coordinates, which must be finite: the alpha test of the nearest texel,
+    /// repeating.
+    ///
+    /// # Panics
+    /// If the mask has fewer alpha values than texels.
+    pub fn passes(&self, uv: [f64; 2]) -> bool {
+        let texel = |t: f64, size: u32| ((t.rem_euclid(1.0) * f64::from(size)) as usize).min(size as usize - 1);
+        let index = texel(uv[1], self.height) * self.width as usize + texel(uv[0], self.width);
+        self.alpha[index] >= self.cutoff
+    }
+}
+
 /// Surface description; only what shadows and a plain picture need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {

@@ -209,13 +209,7 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
                     if let Some(mask) = &material.mask {
                         let uv =
                             [0, 1].map(|k| (0..3).map(|c| w[c] * f64::from(corners[c].uv[k])).sum::<f64>());
-                        let texel = |t: f64, size: u32| {
-                            let t = (t.rem_euclid(1.0) * f64::from(size)) as usize;
-                            t.min(size as usize - 1)
-                        };
-                        let texel =
-                            texel(uv[1], mask.height) * mask.width as usize + texel(uv[0], mask.width);
-                        if mask.alpha[texel] < mask.cutoff {
+                        if !mask.passes(uv) {
                             continue;
                         }
                     }

@@ -36,8 +36,8 @@ pub enum LocalLightError {
     },
     /// A surface runs through it, or so close in front of its centre that a map cannot show it.
     #[error(
-        "light `{light}` lies inside the scene: triangle {triangle} is {distance:e} in front of its centre or cuts it, \
-         surfaces must keep a distance of {least:e}"
+        "light `{light}` lies inside the scene: triangle {triangle} is {distance:.2e} in front of its centre or cuts it, \
+         surfaces must keep a distance of {least:.2e}"
     )]
     Inside {
         /// The light.
