@@ -65,7 +65,7 @@ pub fn cases() -> Vec<Case> {
     vec![
         fitted("lamp above", &over, above, 100, 70),
         fitted("lamp at the side", &over, "disc:-5,2,1;0,0.3,0;0,0,0.3", 64, 96),
-        fitted("lamp in front of much", &over, "rect:0,-1,3;-0.8,0,-0.6;0.48,-0.6,-0.64", 80, 80),
+        fitted("lamp in front of much", &over, "rect:0.5,1.7,-1;-0.08,0,-0.06;0.048,-0.06,-0.064", 80, 80),
         fitted("leaves under a lamp", &leaves, above, 90, 80),
         Case { name: "amid the scene", scene: around.clone(), frame: amid(0.1, 3.0, 30.0, [96, 96]) },
         Case { name: "amid the scene, far off the map", scene: around, frame: amid(0.01, 40.0, 4e4, [40, 40]) },

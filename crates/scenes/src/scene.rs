@@ -31,7 +31,21 @@ pub struct AlphaMask {
     pub cutoff: u8,
 }
 
+/// Sides of alpha masks, in texels, that the fixed point of shadow maps has bits for.
+const MASK_SIDES: std::ops::RangeInclusive<u32> = 1..=65_535;
+
 impl AlphaMask {
+    /// What is wrong with it: a size that is not supported, or another number of values.
+    pub fn fault(&self) -> Option<String> {
+        let Self { width, height, ref alpha, .. } = *self;
+        if !MASK_SIDES.contains(&width) || !MASK_SIDES.contains(&height) {
+            let (least, most) = (MASK_SIDES.start(), MASK_SIDES.end());
+            return Some(format!("has {width}x{height} texels, each side must lie in {least}..={most}"));
+        }
+        let wrong = alpha.len() as u64 != u64::from(width) * u64::from(height);
+        wrong.then(|| format!("has {} values for {width}x{height} texels", alpha.len()))
+    }
+
     /// Whether there is a surface at texture coordinates, which must be finite: the alpha test of the nearest texel,
     /// repeating.
     ///

@@ -4,7 +4,7 @@ use random_stream::Random;
 use thiserror::Error;
 
 use crate::area_light::PlacedLight;
-use crate::rays::{Segment, Triangles};
+use crate::rays::{LastOccluder, Segment, Triangles};
 use crate::samples::ScrambledNet;
 
 /// Independent nets; their spread is the standard error, known to about 1 / sqrt(2 x 15) = 18 %.
@@ -98,12 +98,13 @@ impl AreaTruth {
         let most = self.nets[0].len();
         let mut hits = [0usize; REPLICATES];
         let (mut sent, mut next) = (0, FIRST_RAYS);
+        let mut last = LastOccluder::default();
         loop {
             for ((net, &shift), hits) in self.nets.iter().zip(&shifts).zip(&mut hits) {
                 for index in sent..next {
                     let direction = light.towards(receiver, net.shifted(index, shift));
                     let segment = Segment { origin: receiver, direction, endless: light.at_infinity, from };
-                    *hits += usize::from(scene.occludes(&segment));
+                    *hits += usize::from(scene.occludes_again(&segment, &mut last));
                 }
             }
             sent = next;

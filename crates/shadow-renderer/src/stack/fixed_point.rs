@@ -165,13 +165,10 @@ impl Masks {
             let fail = |what: String| {
                 scene.inconsistent(format!("alpha mask of material '{}' {what}", material.name))
             };
+            if let Some(fault) = mask.fault() {
+                return Err(fail(fault));
+            }
             let AlphaMask { width, height, ref alpha, cutoff } = **mask;
-            if !(1..1 << 16).contains(&width) || !(1..1 << 16).contains(&height) {
-                return Err(fail(format!("has {width}x{height} texels, each side must lie in 1..=65535")));
-            }
-            if alpha.len() as u64 != u64::from(width) * u64::from(height) {
-                return Err(fail(format!("has {} values for {width}x{height} texels", alpha.len())));
-            }
             let end = first_bit + alpha.len() as u64;
             // The shader addresses bits with 32 bits and at most 128 MiB.
             if end > 1 << 30 {
