@@ -122,7 +122,9 @@ impl Arguments {
         }
         match &self.view {
             None => Ok(LightView::new(light.to_string(), light, [0.0; 3])),
-            Some(view) => Err(Failure::Input(anyhow!("--view {view}: the light `{light}` shines along U x V"))),
+            Some(view) => {
+                Err(Failure::Input(anyhow!("--view {view}: the light `{light}` shines along U x V")))
+            }
         }
     }
 
@@ -269,12 +271,13 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
     spinner.step("rendering the stack");
     let [width, height] = arguments.size;
-    let (stack, report) =
-        render_view(&scene, &light, width, height, arguments.backend.into()).map_err(|error| match error {
+    let (stack, report) = render_view(&scene, &light, width, height, arguments.backend.into()).map_err(
+        |error| match error {
             RenderError::Light(_) if arguments.light.is_some() => Failure::Input(anyhow!("--light: {error}")),
             RenderError::Light(_) => Failure::Input(anyhow!("view `{}`: {error}", light.name)),
             other => render_failure(other),
-        })?;
+        },
+    )?;
 
     spinner.step("writing the stack and pictures");
     let writing = Instant::now();

@@ -68,7 +68,11 @@ pub fn cases() -> Vec<Case> {
         fitted("lamp in front of much", &over, "rect:0.5,1.7,-1;-0.08,0,-0.06;0.048,-0.06,-0.064", 80, 80),
         fitted("leaves under a lamp", &leaves, above, 90, 80),
         Case { name: "amid the scene", scene: around.clone(), frame: amid(0.1, 3.0, 30.0, [96, 96]) },
-        Case { name: "amid the scene, far off the map", scene: around, frame: amid(0.01, 40.0, 4e4, [40, 40]) },
+        Case {
+            name: "amid the scene, far off the map",
+            scene: around,
+            frame: amid(0.01, 40.0, 4e4, [40, 40]),
+        },
         Case { name: "amid leaves", scene: turned, frame: amid(0.05, 2.0, 40.0, [90, 70]) },
     ]
 }
@@ -107,7 +111,8 @@ impl<'a> Ray<'a> {
             let texel = |p: &[f64; 3], k: usize| {
                 p[k] / p[2] * frame.near * frame.texels_per_unit[k] + frame.origin_texel[k]
             };
-            let of = |k: usize, f: fn(f64, f64) -> f64| corners.iter().map(|p| texel(p, k)).reduce(f).unwrap();
+            let of =
+                |k: usize, f: fn(f64, f64) -> f64| corners.iter().map(|p| texel(p, k)).reduce(f).unwrap();
             let in_front = corners.iter().all(|p| p[2] >= frame.near);
             in_front.then(|| [f64::min as fn(f64, f64) -> f64, f64::max].map(|f| [of(0, f), of(1, f)]))
         });
@@ -117,9 +122,8 @@ impl<'a> Ray<'a> {
 
     /// Whether a triangle lies more than a texel off a position.
     fn is_far(&self, index: usize, texel: [f64; 2]) -> bool {
-        self.bounds[index].is_some_and(|[low, high]| {
-            (0..2).any(|k| texel[k] < low[k] - 1.0 || texel[k] > high[k] + 1.0)
-        })
+        self.bounds[index]
+            .is_some_and(|[low, high]| (0..2).any(|k| texel[k] < low[k] - 1.0 || texel[k] > high[k] + 1.0))
     }
 
     /// Through a position on the map.
@@ -195,7 +199,8 @@ pub fn check(case: &Case, stack: &ShadowMapStack) -> Result<(), String> {
                 return Err(format!("{texel}, layer {layer}: depth {} instead of {}", f.depth, e.0));
             }
         }
-        let sides = [found.iter().filter(|f| f.light_facing).count(), expected.iter().filter(|e| e.1).count()];
+        let sides =
+            [found.iter().filter(|f| f.light_facing).count(), expected.iter().filter(|e| e.1).count()];
         if sides[0] != sides[1] {
             return Err(format!("{texel}: {} light-facing fragments instead of {}", sides[0], sides[1]));
         }

@@ -88,7 +88,9 @@ fn measure(criterion: &mut Criterion, name: &str, scene: &Triangles, rays: &[Seg
     };
     assert_eq!([alone(), in_order()], [occluded; 2]);
     group.bench_function("any_hit", |bencher| bencher.iter_custom(|n| processor_time(n, alone)));
-    group.bench_function("any_hit_by_receiver", |bencher| bencher.iter_custom(|n| processor_time(n, in_order)));
+    group.bench_function("any_hit_by_receiver", |bencher| {
+        bencher.iter_custom(|n| processor_time(n, in_order))
+    });
     group.finish();
 }
 

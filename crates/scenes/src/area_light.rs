@@ -102,7 +102,9 @@ pub enum LightError {
         degrees: f64,
     },
     /// A half axis without length.
-    #[error("half axis {role} = {axis:?} of a light must have a length from {LEAST_AXIS:e} to {MAX_COORDINATE:e}")]
+    #[error(
+        "half axis {role} = {axis:?} of a light must have a length from {LEAST_AXIS:e} to {MAX_COORDINATE:e}"
+    )]
     Axis {
         /// `U` or `V`.
         role: &'static str,
@@ -296,6 +298,8 @@ mod tests {
         assert_eq!(front("rect:0,0,0;1e10,0,0;1e9,1e10,0"), Some([0.0, 0.0, 1.0]));
         assert_eq!(front("sun:3"), None);
         let extent = |text: &str| text.parse::<AreaLight>().unwrap().has_extent();
-        assert!(extent("sun:0x1") && extent("disc:0,9,0;1,0,0;0,0,2") && !extent("sun:0") && !extent("sun:0x0"));
+        assert!(
+            extent("sun:0x1") && extent("disc:0,9,0;1,0,0;0,0,2") && !extent("sun:0") && !extent("sun:0x0")
+        );
     }
 }

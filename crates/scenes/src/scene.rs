@@ -52,7 +52,8 @@ impl AlphaMask {
     /// # Panics
     /// If the mask has fewer alpha values than texels.
     pub fn passes(&self, uv: [f64; 2]) -> bool {
-        let texel = |t: f64, size: u32| ((t.rem_euclid(1.0) * f64::from(size)) as usize).min(size as usize - 1);
+        let texel =
+            |t: f64, size: u32| ((t.rem_euclid(1.0) * f64::from(size)) as usize).min(size as usize - 1);
         let index = texel(uv[1], self.height) * self.width as usize + texel(uv[0], self.width);
         self.alpha[index] >= self.cutoff
     }

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::{AreaLight, LightView};
 use crate::error::{FileFault, SceneError};
 use crate::load::source::read_limited;
 use crate::scene::MAX_COORDINATE;
 use crate::vector::norm;
+use crate::{AreaLight, LightView};
 
 /// Largest accepted views file: far more than anyone writes by hand.
 const MAX_VIEWS_BYTES: u64 = 1 << 20;

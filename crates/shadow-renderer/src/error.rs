@@ -24,7 +24,9 @@ pub enum RenderError {
     #[error(transparent)]
     Light(#[from] crate::LocalLightError),
     /// The raster pipeline draws the maps of directional lights only.
-    #[error("depth maps and frames of the raster pipeline are made for directional lights, not for local ones")]
+    #[error(
+        "depth maps and frames of the raster pipeline are made for directional lights, not for local ones"
+    )]
     Perspective,
     /// The camera cannot see: a value is not finite, eye equals target, or the field of view is not in (0, pi).
     #[error("camera cannot be used: {0}")]

@@ -50,7 +50,8 @@ pub(super) fn intersect_avx2(node: &CwBvhNode, ray: &Ray, oct_inv4: u32) -> u32 
     let [in_x, out_x] = along(&node.child_min_x, &node.child_max_x, back[0], extent.x, origin.x);
     let [in_y, out_y] = along(&node.child_min_y, &node.child_max_y, back[1], extent.y, origin.y);
     let [in_z, out_z] = along(&node.child_min_z, &node.child_max_z, back[2], extent.z, origin.z);
-    let enter = _mm256_max_ps(_mm256_max_ps(in_x, in_y), _mm256_max_ps(in_z, _mm256_set1_ps(LEAST_PARAMETER)));
+    let enter =
+        _mm256_max_ps(_mm256_max_ps(in_x, in_y), _mm256_max_ps(in_z, _mm256_set1_ps(LEAST_PARAMETER)));
     let leave = _mm256_min_ps(_mm256_min_ps(out_x, out_y), _mm256_min_ps(out_z, _mm256_set1_ps(ray.tmax)));
     let mut met = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(enter, leave)) as u32;
     let (child_bits, bit_index) = node.get_child_and_index_bits(oct_inv4);

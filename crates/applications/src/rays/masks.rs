@@ -34,7 +34,9 @@ impl Masks {
             }
         }
         let mut masks = Self { places: Vec::with_capacity(scene.triangles.len()), masked: Vec::new() };
-        for (triangle, (corners, &material)) in scene.triangles.iter().zip(&scene.triangle_material).enumerate() {
+        for (triangle, (corners, &material)) in
+            scene.triangles.iter().zip(&scene.triangle_material).enumerate()
+        {
             let Some(mask) = &scene.materials[material as usize].mask else {
                 masks.places.push(NONE);
                 continue;

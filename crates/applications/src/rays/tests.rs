@@ -157,7 +157,8 @@ fn surfaces_do_not_shadow_themselves() {
 
 /// A leaf of four by four texels, every second one a hole, over a solid ground.
 fn leaf_over_ground() -> Scene {
-    let corner = |x: f32, y: f32, z: f32, uv: [f32; 2]| Vertex { position: [x, y, z], normal: [0.0, 1.0, 0.0], uv };
+    let corner =
+        |x: f32, y: f32, z: f32, uv: [f32; 2]| Vertex { position: [x, y, z], normal: [0.0, 1.0, 0.0], uv };
     let square = |y: f32| {
         [(0.0, 0.0), (4.0, 0.0), (0.0, 4.0), (4.0, 4.0)]
             .map(|(x, z)| corner(x, y, z, [0.25 * x - 7.0, 0.25 * z]))
@@ -197,8 +198,10 @@ fn masked_texels_let_rays_through() {
         if solid(x, z) {
             for (triangle, towards) in [(2, 1.0), (4, -1.0), (4, 1.0)] {
                 let origin = [x, 1.0, z];
-                let ray = Segment { origin, direction: [0.1, towards, 0.2], endless: true, from: Some(triangle) };
-                let expected = towards < 0.0 && (0.0..=4.0).contains(&(x + 0.1)) && (0.0..=4.0).contains(&(z + 0.2));
+                let ray =
+                    Segment { origin, direction: [0.1, towards, 0.2], endless: true, from: Some(triangle) };
+                let expected =
+                    towards < 0.0 && (0.0..=4.0).contains(&(x + 0.1)) && (0.0..=4.0).contains(&(z + 0.2));
                 assert_eq!(scene.occludes(&ray), expected, "{ray:?}");
             }
         }

@@ -15,9 +15,9 @@ use obvhs::{BvhBuildParams, traverse};
 use std::time::Duration;
 use thiserror::Error;
 
+use super::boxes::BoxTest;
 #[cfg(target_arch = "x86_64")]
 use super::boxes::intersect_avx2;
-use super::boxes::BoxTest;
 use super::masks::Masks;
 use super::query::Segment;
 use scenes::Scene;

@@ -115,7 +115,10 @@ fn agree(occluders: &[&[[f64; 3]]], expected: impl Fn(Outline, Point) -> f64) {
             let expected = expected(outline, receiver);
             assert!(found.standard_error <= SETTINGS.standard_error, "{found:?}");
             let error = (found.fraction - expected).abs();
-            assert!(error <= DEVIATIONS * found.standard_error, "{outline:?} {receiver:?}: {found:?} {expected}");
+            assert!(
+                error <= DEVIATIONS * found.standard_error,
+                "{outline:?} {receiver:?}: {found:?} {expected}"
+            );
             partial += usize::from((0.01..0.99).contains(&expected));
             expected
         });

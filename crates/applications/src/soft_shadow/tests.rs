@@ -4,8 +4,8 @@ use super::*;
 use crate::field::{MomentField, SummedMoments};
 use crate::rays::Triangles;
 use crate::{PlacedLight, errors, truths};
-use scenes::Outline;
 use moment_problem::MomentBound;
+use scenes::Outline;
 use shadow_filtering::DepthMap;
 
 const SIZE: usize = 96;

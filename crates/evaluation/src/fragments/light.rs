@@ -57,7 +57,10 @@ mod tests {
                     let met = frame.project([0, 1, 2].map(|i| position[i] + share * towards[i]));
                     assert!((met[2] - blocker).abs() < 1e-12, "{name}: {met:?}");
                     let half = 0.5 * penumbra.filter(receiver[2], blocker)[k];
-                    assert!(((met[k] - receiver[k]).abs() - half).abs() < 1e-9 * half, "{name}: {met:?} {half}");
+                    assert!(
+                        ((met[k] - receiver[k]).abs() - half).abs() < 1e-9 * half,
+                        "{name}: {met:?} {half}"
+                    );
                     assert!((met[1 - k] - receiver[1 - k]).abs() < 1e-9, "{name}: {met:?}");
                 }
             }

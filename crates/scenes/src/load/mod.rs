@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use crate::arrays::SceneArrays;
 use crate::error::{FileFault, SceneError};
-use crate::fit::{Bounds, add_ground, fit_camera, has_ground, area_views};
+use crate::fit::{Bounds, add_ground, area_views, fit_camera, has_ground};
 use crate::{Camera, LightView, Material, Scene, procedural};
 use source::{Folder, read_limited};
 

@@ -254,7 +254,8 @@ impl<'a> Extraction<'a> {
             for part in list.chunks(self.sizes.items) {
                 let count = part.len() as u32;
                 let in_perspective = u32::from(!self.prepared.weights.is_empty());
-                let params = [self.prepared.width, rows.start, count, chunk.first as u32, in_perspective, 0, 0, 0];
+                let params =
+                    [self.prepared.width, rows.start, count, chunk.first as u32, in_perspective, 0, 0, 0];
                 batches.push(Batch {
                     chunk,
                     items: self.shaders.gpu.buffer_of("items", part, Usage::STORAGE),

@@ -27,7 +27,9 @@ const CHUNK: usize = 1 << 12;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LocalLightError {
     /// It looks into emptiness.
-    #[error("light `{light}` lies behind the scene: nothing is within 63 degrees of the way it shines, {front:?}")]
+    #[error(
+        "light `{light}` lies behind the scene: nothing is within 63 degrees of the way it shines, {front:?}"
+    )]
     Behind {
         /// The light.
         light: AreaLight,
@@ -159,7 +161,11 @@ fn meets(outline: Outline, a: [f64; 2], b: [f64; 2]) -> bool {
     match outline {
         Outline::Disc => {
             let length = step[0] * step[0] + step[1] * step[1];
-            let t = if length > 0.0 { (-(a[0] * step[0] + a[1] * step[1]) / length).clamp(0.0, 1.0) } else { 0.0 };
+            let t = if length > 0.0 {
+                (-(a[0] * step[0] + a[1] * step[1]) / length).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
             [0, 1].map(|k| a[k] + t * step[k]).iter().map(|c| c * c).sum::<f64>() < 1.0
         }
         Outline::Rectangle => {

@@ -75,7 +75,10 @@ impl Projected {
     /// Whether edge functions of this vertex would not be exact.
     pub fn is_outside(&self) -> bool {
         let [x, y, depth] = self.exact;
-        !(x.is_finite() && y.is_finite() && depth.is_finite() && x.abs().max(y.abs()) <= f64::from(GUARD_TEXELS))
+        !(x.is_finite()
+            && y.is_finite()
+            && depth.is_finite()
+            && x.abs().max(y.abs()) <= f64::from(GUARD_TEXELS))
     }
 }
 

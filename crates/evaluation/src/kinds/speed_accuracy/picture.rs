@@ -50,10 +50,7 @@ impl SpeedPlan<'_> {
         let surfaces = Surfaces { frame: &frame, light: fitted };
         let application = self.hard_shadow(&lit.map, lit.texel_depth, picture.bias);
         let mut columns =
-            vec![frame.shade(
-                light,
-                &surfaces.visibility(|receiver, _| application.truth(receiver) as f32),
-            )];
+            vec![frame.shade(light, &surfaces.visibility(|receiver, _| application.truth(receiver) as f32))];
         for name in &picture.techniques {
             let candidate = self
                 .candidates
