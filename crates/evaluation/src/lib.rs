@@ -17,7 +17,7 @@ mod statistics;
 
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
-pub use experiment::{Experiment, Scale};
+pub use experiment::{Alphas, Experiment, Scale};
 pub use fragments::SceneSettings;
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
@@ -28,9 +28,8 @@ pub use kinds::filterable::{
     FilterableTechnique, FilterableTiming, MapSettings, Picture, PictureRecord, ViewRecord, map_name,
 };
 pub use kinds::quantization::{
-    Alphas, BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting,
-    HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, StoreSetting,
-    StructureName,
+    BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
+    QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, StoreSetting, StructureName,
 };
 pub use kinds::search::{
     MarkRecord, Prediction, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord,

@@ -4,10 +4,10 @@
 //! Textures hold four channels each, the last one possibly fewer.
 
 use crate::kernel::Kernel;
-use crate::shaders;
 use crate::technique::Technique;
-use ::shaders::{FrameShaders, TexelFormat, count, unroll};
+use crate::wgsl;
 use quantization::NumberFormat;
+use shaders::{FrameShaders, TexelFormat, count, unroll};
 use std::fmt::Write as _;
 
 const COVER: &str = include_str!("cover.wgsl");
@@ -35,7 +35,7 @@ impl Technique {
         let targets = targets(channels);
         let fetch = fetch(channels);
         let channel_count = count("CHANNELS", channels);
-        let kernel = shaders::weights(kernel);
+        let kernel = wgsl::weights(kernel);
         let multisampled = if samples > 1 { "texture_depth_multisampled_2d" } else { "texture_depth_2d" };
         let sample = if samples > 1 { "s" } else { "0" };
         let depths = format!(
@@ -84,7 +84,7 @@ fn shadow_at(texel: vec2<f32>, z_f: f32, gradient: vec2<f32>) -> f32 {
     return percentage_closer(depths, texel, z_f, gradient);
 }
 ";
-    let closer = shaders::percentage_closer(kernel, plane_limit);
+    let closer = wgsl::percentage_closer(kernel, plane_limit);
     FrameShaders::Comparison { shade: [COVER, &closer, shadow, FRAME].join("\n") }
 }
 

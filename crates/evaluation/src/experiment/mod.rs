@@ -1,9 +1,11 @@
 //! Reading `experiments/*.toml`: a question, an expectation, the trials as data, and overrides per scale.
 
+mod alphas;
 pub(crate) mod keys;
 pub(crate) mod kind;
 mod lines;
 
+pub use self::alphas::Alphas;
 use self::kind::AnySettings;
 use crate::error::EvaluationError;
 use crate::kinds::KINDS;

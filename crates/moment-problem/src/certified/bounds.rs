@@ -122,18 +122,13 @@ pub trait LowerBound {
     ///
     /// Errors: wrong length, NaN or infinite numbers, z_f outside I, moments that no distribution has, or an answer
     /// that could not be certified.
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError>;
+    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
+        self.bounds_near(moments, z_f, &[])
+    }
 
     /// [`LowerBound::bounds_precise`] where depths of a distribution with these moments are known: they may speed up
     /// the search, and are no evidence.
-    fn bounds_near(
-        &self,
-        moments: &[DoubleDouble],
-        z_f: f64,
-        _depths: &[f64],
-    ) -> Result<Bounds, MomentError> {
-        self.bounds_precise(moments, z_f)
-    }
+    fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError>;
 
     /// Bounds from E\[b\]; see [`LowerBound::bounds_precise`].
     fn bounds(&self, moments: &[f64], z_f: f64) -> Result<Bounds, MomentError> {
@@ -148,6 +143,9 @@ pub trait LowerBound {
         self.bounds_near(&z.moments(self.basis()), z_f, z.depths())
     }
 }
+
+/// A method that threads can share.
+pub type BoundMethod = Box<dyn LowerBound + Send + Sync>;
 
 /// Rejects wrong lengths, NaN, infinities and a z_f outside I.
 pub(crate) fn check_input(

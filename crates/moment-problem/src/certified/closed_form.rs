@@ -1,7 +1,7 @@
 //! The closed forms behind the common interface: exact support, weights, and dual evidence.
 
 use super::bounds::{
-    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
+    BoundMethod, Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
     sorted_support,
 };
 use super::exact::exact_of;
@@ -35,8 +35,7 @@ impl Proved {
     ) -> Result<Bounds, MomentError> {
         let start: Vec<f64> =
             claim.support.iter().map(|&(z, _)| z.clamp(0.0, 1.0)).chain(depths.iter().copied()).collect();
-        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
-        let proof = solve_prepared(&self.prepared, (moments, origin), z_f, &start)?;
+        let proof = solve_prepared(&self.prepared, (moments, Origin::of(depths)), z_f, &start)?;
         let difference = (claim.lower - proof.lower).abs().max((claim.upper - proof.upper).abs());
         if difference.is_nan() || difference > CERTIFIED_GAP {
             return Err(MomentError::Uncertified { gap: difference });
@@ -89,10 +88,6 @@ macro_rules! unit_interval_form {
                 Interval::Unit
             }
 
-            fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-                self.bounds_near(moments, z_f, &[])
-            }
-
             fn bounds_near(
                 &self,
                 moments: &[DoubleDouble],
@@ -108,13 +103,9 @@ macro_rules! unit_interval_form {
                 check_depths(z.depths(), Interval::Unit)?;
                 let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
                 // Nearly equal depths, and z_f next to one, can be too much for double-double; not for exact arithmetic.
-                result.or_else(|error| match error {
-                    MomentError::Uncertified { .. }
-                    | MomentError::Infeasible { .. }
-                    | MomentError::Solver { .. } => {
-                        exact_of(self.basis(), Interval::Unit, z, z_f).unwrap_or(Err(error))
-                    }
-                    error => Err(error),
+                result.or_else(|error| {
+                    let exact = || exact_of(self.basis(), Interval::Unit, z, z_f);
+                    error.is_unresolved().then(exact).flatten().unwrap_or(Err(error))
                 })
             }
         }
@@ -214,7 +205,12 @@ impl LowerBound for Markov {
         Interval::Real
     }
 
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
+    fn bounds_near(
+        &self,
+        moments: &[DoubleDouble],
+        z_f: f64,
+        _depths: &[f64],
+    ) -> Result<Bounds, MomentError> {
         check_input(&self.basis, Interval::Real, moments, z_f)?;
         let moment = moments[0];
         if moment <= DoubleDouble::zero() {
@@ -238,21 +234,20 @@ impl LowerBound for Markov {
 ///
 /// Power bases of order 2, 4, 6, 8 on the line, order 4 on \[0, 1\], the trigonometric basis of order 2 on \[0, 1\],
 /// and one exponential e^(c z) on the line.
-pub fn closed_form(
-    basis: &Basis,
-    interval: Interval,
-) -> Result<Option<Box<dyn LowerBound + Send + Sync>>, BasisError> {
-    Ok(match (interval, basis.power_order()) {
-        (Interval::Real, Some(2)) => Some(Box::new(Chebyshev::default())),
-        (Interval::Real, Some(4)) => Some(Box::new(Hamburger::<4>::default())),
-        (Interval::Real, Some(6)) => Some(Box::new(Hamburger::<6>::default())),
-        (Interval::Real, Some(8)) => Some(Box::new(Hamburger::<8>::default())),
-        (Interval::Unit, Some(4)) => Some(Box::new(Hausdorff4::new()?)),
-        (Interval::Unit, None) if basis.is_trigonometric4() => Some(Box::new(Trigonometric4::new()?)),
-        (Interval::Real, None) if basis.len() == 1 => match basis.functions()[0].exponential() {
+pub fn closed_form(basis: &Basis, interval: Interval) -> Result<Option<BoundMethod>, BasisError> {
+    let order = basis.power_order();
+    let exponent = if basis.len() == 1 { basis.functions()[0].exponential() } else { None };
+    Ok(match interval {
+        Interval::Real if order == Some(2) => Some(Box::new(Chebyshev::default())),
+        Interval::Real if order == Some(4) => Some(Box::new(Hamburger::<4>::default())),
+        Interval::Real if order == Some(6) => Some(Box::new(Hamburger::<6>::default())),
+        Interval::Real if order == Some(8) => Some(Box::new(Hamburger::<8>::default())),
+        Interval::Real => match exponent {
             Some(exponent) => Some(Box::new(Markov::new(exponent)?)),
             None => None,
         },
-        _ => None,
+        Interval::Unit if order == Some(4) => Some(Box::new(Hausdorff4::new()?)),
+        Interval::Unit if basis.is_trigonometric4() => Some(Box::new(Trigonometric4::new()?)),
+        Interval::Unit => None,
     })
 }

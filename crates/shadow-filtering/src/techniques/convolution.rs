@@ -15,8 +15,8 @@ use super::{Parts, count_of};
 use crate::basis::DepthBasis;
 use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::shaders;
 use crate::spec::TechniqueSpec;
+use crate::wgsl;
 use moment_problem::arithmetic::Real;
 use std::f64::consts::PI;
 
@@ -148,7 +148,7 @@ impl ShadowBound for Convolution {
     }
 
     fn shader(&self) -> Option<String> {
-        shaders::convolution(self.frequency, self.delta, [self.low, self.high], &self.amplitudes)
+        wgsl::convolution(self.frequency, self.delta, [self.low, self.high], &self.amplitudes)
     }
 }
 

@@ -6,7 +6,7 @@ use crate::experiment::keys::{file_name, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::run::Recorded;
 use moment_problem::Basis;
-use moment_problem::{Interval, Method, Solver, method};
+use moment_problem::{BoundMethod, Interval, Solver, method};
 use serde::{Deserialize, Serialize};
 
 /// Largest accepted number of fragment depths.
@@ -149,7 +149,7 @@ impl BoundsTechnique {
         self.basis.parse().map_err(|error: moment_problem::BasisError| self.failure(error.into()))
     }
 
-    pub(super) fn method(&self) -> Result<Method, EvaluationError> {
+    pub(super) fn method(&self) -> Result<BoundMethod, EvaluationError> {
         method(&self.basis()?, self.interval, self.solver).map_err(|error| self.failure(error))
     }
 

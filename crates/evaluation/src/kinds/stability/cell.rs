@@ -147,10 +147,8 @@ impl Outcome {
                 let exact_biased = match known.iter().find(|(known, _)| *known == alpha) {
                     Some(&(_, exact)) => exact,
                     None => {
-                        let value = match (alpha == 0.0, exact) {
-                            (true, Some(exact)) => exact,
-                            _ => method.exact_biased(b, z_f, alpha),
-                        };
+                        let unbiased = exact.filter(|_| alpha == 0.0);
+                        let value = unbiased.unwrap_or_else(|| method.exact_biased(b, z_f, alpha));
                         known.push((alpha, value));
                         value
                     }

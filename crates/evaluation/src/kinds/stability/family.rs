@@ -146,10 +146,9 @@ impl Draw {
             Shape::TwoSurfaces | Shape::LightSurface => {
                 // z_f from before the first to behind the second.
                 let first = z_f - y * self.between(-0.5, 2.0);
-                let (thickness, second) = match shape {
-                    Shape::TwoSurfaces => (x, self.between(0.05, 0.95)),
-                    _ => (THIN * y, x),
-                };
+                let is_light = shape == Shape::LightSurface;
+                let (thickness, second) =
+                    if is_light { (THIN * y, x) } else { (x, self.between(0.05, 0.95)) };
                 let step = self.sign() * y;
                 self.surface(&mut atoms, first, thickness, 1.0 - second);
                 self.surface(&mut atoms, first + step, thickness, second);

@@ -2,6 +2,7 @@
 //! storage, and from which moment bias on they no longer do.
 
 mod cell;
+mod check;
 mod exact;
 mod family;
 mod method;

@@ -63,7 +63,7 @@ pub struct CellRecord {
 
 /// One row of worst.csv: the worst input of a method on a family for one failure, at the recommended bias.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct WorstRecord {
+pub(super) struct WorstRecord {
     /// Method.
     pub method: String,
     /// Family.

@@ -88,10 +88,6 @@ impl LowerBound for ExchangeSimplex {
         Interval::Unit
     }
 
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        self.bounds_near(moments, z_f, &[])
-    }
-
     fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
         if depths.is_empty() && self.basis().power_order().is_some_and(|order| order > MOST_POWERS) {
@@ -101,8 +97,7 @@ impl LowerBound for ExchangeSimplex {
                 result => return result,
             }
         }
-        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
-        solve_prepared(&self.prepared, (moments, origin), z_f, depths)
+        solve_prepared(&self.prepared, (moments, Origin::of(depths)), z_f, depths)
     }
 
     fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
@@ -115,11 +110,6 @@ impl LowerBound for ExchangeSimplex {
             return result;
         }
         let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
-        result.or_else(|error| match error {
-            MomentError::Uncertified { .. } | MomentError::Infeasible { .. } | MomentError::Solver { .. } => {
-                exact().unwrap_or(Err(error))
-            }
-            error => Err(error),
-        })
+        result.or_else(|error| if error.is_unresolved() { exact().unwrap_or(Err(error)) } else { Err(error) })
     }
 }

@@ -45,6 +45,13 @@ pub(crate) enum Origin {
     Numbers,
 }
 
+impl Origin {
+    /// Of moments for which these depths of their distribution are known.
+    pub(crate) fn of(depths: &[f64]) -> Self {
+        if depths.is_empty() { Self::Numbers } else { Self::Distribution }
+    }
+}
+
 /// Minimises E\[p\] over distributions on \[0, 1\] with the moments `right_hand_side` (orthonormal coordinates).
 ///
 /// `extra` are depths to start from besides the uniform grid and z_f, such as the kernel's own.
