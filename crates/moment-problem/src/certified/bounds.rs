@@ -115,8 +115,10 @@ pub trait LowerBound {
     /// The map b whose moments are expected.
     fn basis(&self) -> &Basis;
 
-    /// The admissible depths I.
-    fn interval(&self) -> Interval;
+    /// The admissible depths I: \[0, 1\] unless the method works on the line.
+    fn interval(&self) -> Interval {
+        Interval::Unit
+    }
 
     /// Bounds from E\[b\] in double-double precision. The numbers are taken for exact.
     ///

@@ -13,51 +13,35 @@ use crate::closed_forms::{hausdorff, trigonometric};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
 
-/// A closed form on \[0, 1\] together with the basis prepared for the proof of its answers.
-#[derive(Clone, Debug)]
-struct Proved {
-    prepared: PreparedBasis,
-}
-
-impl Proved {
-    fn new(basis: &Basis) -> Result<Self, BasisError> {
-        Ok(Self { prepared: PreparedBasis::new(basis)? })
-    }
-
-    /// Certifies closed-form values: the exchange simplex starts from the claimed support and must arrive at the same
-    /// values; its dual functions are the evidence.
-    fn certify(
-        &self,
-        moments: &[DoubleDouble],
-        z_f: f64,
-        claim: Claim,
-        depths: &[f64],
-    ) -> Result<Bounds, MomentError> {
-        let start: Vec<f64> =
-            claim.support.iter().map(|&(z, _)| z.clamp(0.0, 1.0)).chain(depths.iter().copied()).collect();
-        let proof = solve_prepared(&self.prepared, (moments, Origin::of(depths)), z_f, &start)?;
-        let difference = (claim.lower - proof.lower).abs().max((claim.upper - proof.upper).abs());
-        if difference.is_nan() || difference > CERTIFIED_GAP {
-            return Err(MomentError::Uncertified { gap: difference });
-        }
-        if claim.support.is_empty() {
-            return Ok(proof); // a trivial bound, attained by any distribution with the moments
-        }
-        let (support, weights) = sorted_support(claim.support, UNIT_WEIGHT_TOLERANCE);
-        Ok(Bounds {
-            lower: claim.lower,
-            upper: claim.upper,
-            support,
-            weights,
-            certificate: proof.certificate,
-        })
-    }
-}
-
 struct Claim {
     lower: f64,
     upper: f64,
     support: Vec<(f64, f64)>,
+}
+
+impl Claim {
+    /// Certifies closed-form values: the exchange simplex starts from the claimed support and must arrive at the same
+    /// values; its dual functions are the evidence.
+    fn certified(
+        self,
+        prepared: &PreparedBasis,
+        moments: &[DoubleDouble],
+        z_f: f64,
+        depths: &[f64],
+    ) -> Result<Bounds, MomentError> {
+        let start: Vec<f64> =
+            self.support.iter().map(|&(z, _)| z.clamp(0.0, 1.0)).chain(depths.iter().copied()).collect();
+        let proof = solve_prepared(prepared, (moments, Origin::of(depths)), z_f, &start)?;
+        let difference = (self.lower - proof.lower).abs().max((self.upper - proof.upper).abs());
+        if difference.is_nan() || difference > CERTIFIED_GAP {
+            return Err(MomentError::Uncertified { gap: difference });
+        }
+        if self.support.is_empty() {
+            return Ok(proof); // a trivial bound, attained by any distribution with the moments
+        }
+        let (support, weights) = sorted_support(self.support, UNIT_WEIGHT_TOLERANCE);
+        Ok(Bounds { lower: self.lower, upper: self.upper, support, weights, certificate: proof.certificate })
+    }
 }
 
 macro_rules! unit_interval_form {
@@ -65,13 +49,13 @@ macro_rules! unit_interval_form {
         $(#[$doc])*
         #[derive(Clone, Debug)]
         pub struct $type {
-            proved: Proved,
+            prepared: PreparedBasis,
         }
 
         impl $type {
             /// Prepares the basis for proofs (some milliseconds; reuse it).
             pub fn new() -> Result<Self, BasisError> {
-                Ok(Self { proved: Proved::new(&$basis)? })
+                Ok(Self { prepared: PreparedBasis::new(&$basis)? })
             }
         }
 
@@ -81,11 +65,7 @@ macro_rules! unit_interval_form {
             }
 
             fn basis(&self) -> &Basis {
-                self.proved.prepared.basis()
-            }
-
-            fn interval(&self) -> Interval {
-                Interval::Unit
+                self.prepared.basis()
             }
 
             fn bounds_near(
@@ -96,7 +76,7 @@ macro_rules! unit_interval_form {
             ) -> Result<Bounds, MomentError> {
                 check_input(self.basis(), Interval::Unit, moments, z_f)?;
                 let array: [DoubleDouble; 4] = std::array::from_fn(|i| moments[i]);
-                self.proved.certify(moments, z_f, Self::claim(&array, z_f), depths)
+                Self::claim(&array, z_f).certified(&self.prepared, moments, z_f, depths)
             }
 
             fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {

@@ -192,10 +192,6 @@ impl LowerBound for LinearProgram {
         self.prepared.basis()
     }
 
-    fn interval(&self) -> Interval {
-        Interval::Unit
-    }
-
     fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
         let target = self.prepared.right_hand_side(moments)?;

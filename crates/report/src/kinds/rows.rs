@@ -15,6 +15,37 @@ pub(crate) fn distinct<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec
     distinct
 }
 
+/// The tables of a run, each a file of the field's name, beside the experiment where rows are read with it; `some_runs` names
+/// those that need not be there.
+macro_rules! tables {
+    (
+        $(#[$doc:meta])*
+        $name:ident $(<$life:lifetime> of $experiment:ty)? { $($table:ident: $row:ty,)* }
+        $(some_runs { $($rare:ident: $rare_row:ty,)* })?
+    ) => {
+        $(#[$doc])*
+        pub(crate) struct $name $(<$life>)? {
+            $(pub(crate) experiment: &$life $experiment,)?
+            $(pub(crate) $table: Vec<$row>,)*
+            $($(pub(crate) $rare: Vec<$rare_row>,)*)?
+        }
+
+        impl $(<$life>)? $name $(<$life>)? {
+            pub(crate) fn read(
+                run: &evaluation::RunDirectory,
+                $(experiment: &$life $experiment,)?
+            ) -> Result<Self, crate::error::ReportError> {
+                Ok(Self {
+                    $(experiment: <&$life $experiment>::from(experiment),)?
+                    $($table: run.rows(concat!(stringify!($table), ".csv"))?,)*
+                    $($($rare: crate::kinds::rows::rows_if_there(run, concat!(stringify!($rare), ".csv"))?,)*)?
+                })
+            }
+        }
+    };
+}
+pub(crate) use tables;
+
 /// The rows of a table that only some runs have.
 pub(crate) fn rows_if_there<R: DeserializeOwned>(
     run: &RunDirectory,

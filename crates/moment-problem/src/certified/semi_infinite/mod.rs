@@ -84,10 +84,6 @@ impl LowerBound for ExchangeSimplex {
         self.prepared.basis()
     }
 
-    fn interval(&self) -> Interval {
-        Interval::Unit
-    }
-
     fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
         if depths.is_empty() && self.basis().power_order().is_some_and(|order| order > MOST_POWERS) {

@@ -86,7 +86,7 @@ fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
     };
     let difference =
         |c: &ComparisonRecord| format!("{:+.4} ± {:.4}", 100.0 * c.difference, 100.0 * c.standard_error);
-    let table = Table::of(&tables.comparisons)
+    let table = Table::of(&tables.comparison)
         .left("bound", |c| &c.bound)
         .right("format", |c| &c.format)
         .right("transform", |c| &c.transform)
