@@ -169,16 +169,12 @@ impl Experiment {
 
     /// What it asks, in inline Markdown of the file's author.
     pub fn question(&self) -> &str {
-        self.prose("question")
+        self.settings.statement().question.trim()
     }
 
     /// What its author expects, in inline Markdown.
     pub fn expectation(&self) -> &str {
-        self.prose("expectation")
-    }
-
-    fn prose(&self, key: &str) -> &str {
-        self.resolved.get(key).and_then(Value::as_str).unwrap_or_default().trim()
+        self.settings.statement().expectation.trim()
     }
 
     /// Value of the key `kind`.
@@ -188,7 +184,7 @@ impl Experiment {
 
     /// The settings, if the experiment is of the kind that they belong to.
     pub fn settings<T: Any>(&self) -> Option<&T> {
-        (&*self.settings as &dyn Any).downcast_ref()
+        self.settings.own().downcast_ref()
     }
 
     /// Whether it evaluates scenes.

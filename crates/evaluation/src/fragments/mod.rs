@@ -1,9 +1,11 @@
 //! From a scene to the fragments of its light views: what every kind of experiment on scenes starts from.
 
 mod settings;
+mod view_record;
 
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
+pub use view_record::ViewRecord;
 
 use crate::error::EvaluationError;
 use random_stream::Random;

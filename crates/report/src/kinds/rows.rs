@@ -1,7 +1,8 @@
 //! What every kind asks of the rows of a table.
 
 use crate::error::ReportError;
-use evaluation::RunDirectory;
+use crate::page::{Block, Table, in_percent};
+use evaluation::{RunDirectory, ViewRecord};
 use serde::de::DeserializeOwned;
 
 /// Each value once, in the order of their first appearance.
@@ -52,4 +53,20 @@ pub(crate) fn rows_if_there<R: DeserializeOwned>(
     file: &str,
 ) -> Result<Vec<R>, ReportError> {
     Ok(if run.path().join(file).is_file() { run.rows(file)? } else { Vec::new() })
+}
+
+/// The light views that were evaluated, with what their kind recorded of them.
+pub(crate) fn views(level: u8, views: &[ViewRecord]) -> Vec<Block> {
+    let five_digits = |value: Option<f64>| value.map(|value| format!("{value:.5}"));
+    let table = Table::of(views)
+        .left("view", |v| format!("{} {}", v.scene, v.view))
+        .right_if_any("stack entries", |v| v.stack_entries)
+        .right_if_any("layers", |v| v.layers)
+        .right("fragments", |v| v.fragments)
+        .right("evaluated", |v| v.sampled)
+        .right_if_any("texel depth", |v| five_digits(v.texel_depth))
+        .right_if_any("median slope", |v| five_digits(v.median_slope))
+        .right_if_any("mean F, %", |v| v.mean_reference.map(|mean| in_percent(mean, 1)))
+        .right_if_any("clamped", |v| v.clamped_depths);
+    Block::section(level, "Views", table, None)
 }

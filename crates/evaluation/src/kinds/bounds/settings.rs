@@ -16,10 +16,6 @@ const MAX_DEPTHS: usize = 100_001;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoundsExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Seed of rough and scattered surfaces.
     pub seed: u64,
     /// Number of fragment depths, evenly spaced from 0 to 1.

@@ -13,10 +13,6 @@ impl Settings for QuantizationExperiment {
     const KIND: &'static str = "quantization";
     const ON_SCENES: bool = true;
 
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
     fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         self.scenery.check(!self.technique.is_empty())?;
@@ -61,12 +57,8 @@ impl Settings for QuantizationExperiment {
         StoredTechnique::check(self)
     }
 
-    fn scenery(&self) -> Option<&SceneSettings> {
-        Some(&self.scenery)
-    }
-
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        Some(&mut self.scenery)
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {

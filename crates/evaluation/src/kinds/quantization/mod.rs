@@ -13,6 +13,5 @@ mod workload;
 
 pub use records::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
-    QuantizationViewRecord,
 };
 pub use settings::{BiasTarget, GainSetting, QuantizationExperiment, StoreSetting, StructureName};

@@ -21,7 +21,7 @@ impl QuantizationExperiment {
         let total = self.gain.len() + variants.len();
         let (mut gains, mut samples) = (Vec::new(), Vec::new());
         for (done, setting) in self.gain.iter().enumerate() {
-            let (record, sample) = gains::optimised(setting, self.seed);
+            let (record, sample) = gains::optimised(setting, self.scenery.seed);
             gains.push(record);
             samples.push(sample);
             (context.progress)(done + 1, total);

@@ -11,15 +11,9 @@ use shadow_filtering::{KernelSpec, Range, TechniqueSpec};
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct QuantizationExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Scenes, shadow maps and filter; its keys stand beside the others.
     #[serde(skip)]
     pub scenery: SceneSettings,
-    /// Seed of the sample of fragments and of the starts of the optimiser.
-    pub seed: u64,
     /// Kernels, spread evenly over all fragments, for which b* is to raise det B fastest.
     pub workload: usize,
     /// Depth biases of F and of all techniques.

@@ -26,7 +26,7 @@ pub(crate) struct StoredTechnique {
 impl StoredTechnique {
     /// All combinations in the order of the file.
     pub(crate) fn all(experiment: &QuantizationExperiment) -> Result<Vec<Self>, EvaluationError> {
-        let search = Search { seed: experiment.seed, ..Search::default() };
+        let search = Search { seed: experiment.scenery.seed, ..Search::default() };
         Self::build(experiment, &|spec| spec.build_with(&search))
     }
 

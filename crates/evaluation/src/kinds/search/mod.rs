@@ -16,8 +16,6 @@ mod sweep;
 mod timing;
 mod workload;
 
-pub use records::{
-    MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, SearchViewRecord, StageRecord,
-};
+pub use records::{MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, StageRecord};
 pub use run::Prediction;
 pub use settings::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};

@@ -16,10 +16,6 @@ impl Settings for StabilityExperiment {
     const KIND: &'static str = "stability";
     const ON_SCENES: bool = true;
 
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
     fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         if !(1..=MAX_CELLS).contains(&self.cells) {
@@ -52,12 +48,8 @@ impl Settings for StabilityExperiment {
         Ok(())
     }
 
-    fn scenery(&self) -> Option<&SceneSettings> {
-        Some(&self.scenery)
-    }
-
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        Some(&mut self.scenery)
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {

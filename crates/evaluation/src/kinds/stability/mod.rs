@@ -12,9 +12,7 @@ mod scenes;
 mod settings;
 mod tally;
 
-pub use records::{
-    CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, StabilityViewRecord,
-};
+pub use records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample};
 pub use settings::{
     Arithmetic, Route, Shape, Span, StabilityExperiment, StabilityFamily, StabilityMethod, StabilityTiming,
 };

@@ -121,19 +121,6 @@ pub struct PivotRecord {
     pub median: f64,
 }
 
-/// One row of views.csv.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct StabilityViewRecord {
-    /// Scene.
-    pub scene: String,
-    /// Light view.
-    pub view: String,
-    /// Fragments of the view.
-    pub fragments: usize,
-    /// Fragments evaluated.
-    pub sampled: usize,
-}
-
 /// One row of samples.csv: all timed inputs in a row, on one thread.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StabilitySample {

@@ -11,15 +11,9 @@ use shadow_filtering::{DepthBias, TechniqueSpec};
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct StabilityExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Scenes, shadow maps and filter; its keys stand beside the others.
     #[serde(skip)]
     pub scenery: SceneSettings,
-    /// Seed of all inputs.
-    pub seed: u64,
     /// Cells along each knob of a family.
     pub cells: usize,
     /// Inputs a cell on which every method is compared with the exact bound, at every moment bias.

@@ -4,7 +4,7 @@ use crate::kinds::rows::tables;
 use crate::page::{Text, in_percent};
 use evaluation::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
-    QuantizationViewRecord,
+    ViewRecord,
 };
 use moment_problem::Basis;
 
@@ -17,7 +17,7 @@ tables! {
         comparison: ComparisonRecord,
         hull: HullRecord,
         codes: CodeRecord,
-        views: QuantizationViewRecord,
+        views: ViewRecord,
         samples: GainSample,
     }
 }

@@ -4,7 +4,7 @@ use crate::kinds::rows::tables;
 use crate::page::{Text, median_of, percent};
 use evaluation::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Shape, StabilityExperiment, StabilityRecord,
-    StabilitySample, StabilityViewRecord, with_role,
+    StabilitySample, ViewRecord, with_role,
 };
 
 tables! {
@@ -14,7 +14,7 @@ tables! {
         cells: CellRecord,
         checks: CheckRecord,
         pivots: PivotRecord,
-        views: StabilityViewRecord,
+        views: ViewRecord,
         samples: StabilitySample,
     }
 }
