@@ -17,7 +17,7 @@ mod statistics;
 
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
-pub use experiment::{Alphas, Experiment, Scale};
+pub use experiment::{Alphas, Experiment, Prediction, Scale};
 pub use fragments::{SceneSettings, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
@@ -32,8 +32,8 @@ pub use kinds::quantization::{
     QuantizationExperiment, QuantizationRecord, StoreSetting, StructureName,
 };
 pub use kinds::search::{
-    MarkRecord, Prediction, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord,
-    SearchReference, SearchSample, SearchTiming, StageRecord,
+    MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
+    SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,

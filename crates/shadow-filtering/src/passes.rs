@@ -3,6 +3,7 @@
 //!
 //! Textures hold four channels each, the last one possibly fewer.
 
+use crate::encoding;
 use crate::kernel::Kernel;
 use crate::technique::Technique;
 use crate::wgsl;
@@ -46,7 +47,7 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
 }}
 "
         );
-        let (quantise, dequantise) = self.transform_wgsl();
+        let [quantise, dequantise] = encoding::wgsl(self.single_encoding());
         let filter = |axis: &str| {
             let axis = format!("const AXIS = vec2<i32>({axis});\n");
             let own = include_str!("filter.wgsl");

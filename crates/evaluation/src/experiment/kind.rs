@@ -2,9 +2,9 @@
 
 use super::lines;
 use super::one_line;
+use super::prediction::Prediction;
 use crate::error::EvaluationError;
 use crate::fragments::SceneSettings;
-use crate::kinds::search::Prediction;
 use crate::run::{Progress, Recorded};
 use crate::shards::Shard;
 use serde::de::DeserializeOwned;

@@ -4,9 +4,11 @@ mod alphas;
 pub(crate) mod keys;
 pub(crate) mod kind;
 mod lines;
+mod prediction;
 
 pub use self::alphas::Alphas;
 use self::kind::AnySettings;
+pub use self::prediction::Prediction;
 use crate::error::EvaluationError;
 use crate::kinds::KINDS;
 use serde::{Deserialize, Serialize};

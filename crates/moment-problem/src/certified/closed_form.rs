@@ -1,12 +1,12 @@
 //! The closed forms behind the common interface: exact support, weights, and dual evidence.
 
 use super::bounds::{
-    BoundMethod, Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
-    sorted_support,
+    BoundMethod, Bounds, CERTIFIED_GAP, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE,
+    check_depths, check_input, sorted_support,
 };
 use super::exact::exact_of;
 use super::hamburger::{Chebyshev, Hamburger};
-use super::semi_infinite::{CERTIFIED_GAP, Origin, PreparedBasis, solve_prepared};
+use super::semi_infinite::{Origin, PreparedBasis, solve_prepared};
 use crate::arithmetic::{DoubleDouble, Field, Real};
 use crate::basis::Basis;
 use crate::closed_forms::{hausdorff, trigonometric};

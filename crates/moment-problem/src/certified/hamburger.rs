@@ -1,9 +1,10 @@
 //! Power moments on the whole line with their proof: double-double where it resolves the kernel, else exact arithmetic.
 
-use super::bounds::{Bounds, Certificate, Interval, LowerBound, check_depths, check_input, sorted_support};
+use super::bounds::{
+    Bounds, CERTIFIED_GAP, Certificate, Interval, LowerBound, check_depths, check_input, sorted_support,
+};
 use super::exact::{ExactPowers, MIXTURES, exact_of};
 use super::hermite;
-use super::semi_infinite::CERTIFIED_GAP;
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::basis::Basis;
 use crate::closed_forms::canonical::canonical;

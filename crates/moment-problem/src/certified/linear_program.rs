@@ -1,7 +1,7 @@
 //! MSM15 Algorithm 1 through good_lp, with every answer checked.
 
-use super::bounds::{Bounds, Interval, LowerBound, check_input};
-use super::semi_infinite::{CERTIFIED_GAP, Column, Origin, PreparedBasis, Program, Solution, Step, assemble};
+use super::bounds::{Bounds, CERTIFIED_GAP, Interval, LowerBound, check_input};
+use super::semi_infinite::{Column, Origin, PreparedBasis, Program, Solution, Step, assemble};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::error::{BasisError, MomentError};

@@ -1,9 +1,25 @@
 //! The distribution that attains both bounds of power moments on the line, by the polynomial in w = 1 / (z - z_f): see
 //! [`hamburger`](super::hamburger).
 
-use super::hamburger::{Pair, pivot_floor, positive_pivot};
+use super::pair::Pair;
 use super::roots;
 use crate::arithmetic::Real;
+
+/// A pivot of the Hankel matrix counts as zero up to this many rounding errors of the moment it is computed from.
+/// Four covers the two products and two differences that a pivot goes through.
+const PIVOT_ROUNDINGS: f64 = 4.0;
+
+#[inline(always)]
+pub(super) fn pivot_floor<R: Real>(moment: R) -> R {
+    R::from_f64(PIVOT_ROUNDINGS * R::EPSILON) * moment.abs() + R::from_f64(R::TINY)
+}
+
+/// A pivot that cannot be negative. Where rounding made it so, it tells how large the rounding is, and the weight at
+/// z_f, which is proportional to the last pivot, becomes as uncertain as the moments are.
+#[inline(always)]
+pub(super) fn positive_pivot<R: Real>(pivot: R, moment: R) -> R {
+    pivot.abs().max(pivot_floor(moment))
+}
 
 /// Largest number of support points: m = 8 moments have 5.
 const MAX_POINTS: usize = 5;

@@ -16,48 +16,10 @@
 //! that many surfaces are determined by that many moments (MSM15 Proposition 4). A pivot that is used is positive: its
 //! absolute value, and at least its rounding error.
 
-use super::canonical::canonical;
+use super::canonical::{canonical, pivot_floor, positive_pivot};
+pub use super::pair::Pair;
 use super::roots;
 use crate::arithmetic::Real;
-
-/// Sharp lower and upper bound, both in \[0, 1\] and never NaN.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pair<R> {
-    /// Bound of the mass strictly before z_f.
-    pub lower: R,
-    /// Bound of the mass up to and including z_f.
-    pub upper: R,
-}
-
-impl<R: Real> Pair<R> {
-    /// Clamps to \[0, 1\] and orders the two; NaN becomes the trivial bound (0 below, 1 above).
-    #[inline(always)]
-    pub(crate) fn clamped(lower: R, upper: R) -> Self {
-        let lower = lower.clamp_unit();
-        Self { lower, upper: upper.min(R::one()).max(lower) }
-    }
-
-    /// BHS16 section 2.4: beta = 0 gives the lower bound, beta = 1 the upper.
-    pub fn blend(self, beta: R) -> R {
-        self.lower + beta * (self.upper - self.lower)
-    }
-}
-
-/// A pivot of the Hankel matrix counts as zero up to this many rounding errors of the moment it is computed from.
-/// Four covers the two products and two differences that a pivot goes through.
-const PIVOT_ROUNDINGS: f64 = 4.0;
-
-#[inline(always)]
-pub(super) fn pivot_floor<R: Real>(moment: R) -> R {
-    R::from_f64(PIVOT_ROUNDINGS * R::EPSILON) * moment.abs() + R::from_f64(R::TINY)
-}
-
-/// A pivot that cannot be negative. Where rounding made it so, it tells how large the rounding is, and the weight at
-/// z_f, which is proportional to the last pivot, becomes as uncertain as the moments are.
-#[inline(always)]
-pub(crate) fn positive_pivot<R: Real>(pivot: R, moment: R) -> R {
-    pivot.abs().max(pivot_floor(moment))
-}
 
 /// Bounds from mean and second moment (variance shadow maps): Cantelli's inequality.
 ///

@@ -6,6 +6,7 @@ pub mod hausdorff;
 mod in_front;
 pub mod markov;
 mod moment_bound;
+mod pair;
 pub mod roots;
 pub mod textbook;
 pub mod trigonometric;

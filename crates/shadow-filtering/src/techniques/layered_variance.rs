@@ -8,10 +8,9 @@
 use super::variance::cantelli;
 use super::{Parts, count_of};
 use crate::basis::DepthBasis;
-use crate::bound::ShadowBound;
+use crate::bound::{ShadowBound, unit};
 use crate::error::FilteringError;
 use crate::spec::TechniqueSpec;
-use crate::technique::unit;
 use crate::wgsl;
 use moment_problem::arithmetic::Real;
 

@@ -17,5 +17,4 @@ mod timing;
 mod workload;
 
 pub use records::{MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, StageRecord};
-pub use run::Prediction;
 pub use settings::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};

@@ -9,6 +9,7 @@ use super::sweep::Sweep;
 use super::timing::time;
 use super::workload::Workload;
 use crate::error::EvaluationError;
+use crate::experiment::Prediction;
 use crate::experiment::kind::RunContext;
 use crate::provenance::sha256;
 use crate::run::Recorded;
@@ -24,25 +25,6 @@ const STEPS: f64 = 1e7;
 
 /// Normal quantile of the intervals: 99 % lie within.
 const INTERVAL_DEVIATIONS: f64 = 2.576;
-
-/// What a search will cost.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Prediction {
-    /// Candidates of all orders.
-    pub candidates: u64,
-    /// Linear programs of the first block.
-    pub programs: u64,
-    /// Linear programs of the later blocks, if one candidate in fifty stays in the race at each.
-    pub later_programs: u64,
-    /// Programs a second on one thread, measured on some candidates.
-    pub programs_per_second: f64,
-    /// Threads.
-    pub threads: usize,
-    /// Hours on these threads.
-    pub hours: f64,
-    /// Bytes of checkpoint and tables.
-    pub disk_bytes: u64,
-}
 
 impl SearchExperiment {
     fn prepare(&self) -> Result<(Workload, Vec<BasisFunction>), EvaluationError> {

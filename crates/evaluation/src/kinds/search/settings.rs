@@ -1,7 +1,7 @@
 //! The TOML keys of a candidate search.
 
-use super::run::Prediction;
 use crate::error::EvaluationError;
+use crate::experiment::Prediction;
 use crate::experiment::keys::{in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, check_bias};

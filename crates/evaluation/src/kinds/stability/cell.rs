@@ -1,7 +1,7 @@
 //! All inputs of a cell on all methods.
 
 use super::exact;
-use super::family::{Input, Moments};
+use super::input::{Input, Moments};
 use super::method::{Answer, Prepared, Start};
 use super::tally::{BOUND_TOLERANCE, LogHistogram, Tally};
 use moment_problem::MomentBound;

@@ -5,6 +5,7 @@ mod cell;
 mod check;
 mod exact;
 mod family;
+mod input;
 mod method;
 mod records;
 mod run;

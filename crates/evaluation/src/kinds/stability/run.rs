@@ -1,7 +1,8 @@
 //! From an experiment to its tables.
 
 use super::cell::{Failure, Outcome, PIVOT_ORDERS, StabilityPlan, Worst};
-use super::family::{Draw, Input, Moments};
+use super::family::Draw;
+use super::input::{Input, Moments};
 use super::method::{Prepared, Start};
 use super::records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, WorstRecord};
 use super::scenes;

@@ -1,6 +1,6 @@
 //! Inputs as scenes produce them: kernels of shadow maps and the depths of fragments.
 
-use super::family::Input;
+use super::input::Input;
 use super::settings::{Shape, StabilityExperiment};
 use crate::error::EvaluationError;
 use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};

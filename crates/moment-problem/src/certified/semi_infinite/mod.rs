@@ -14,14 +14,11 @@ use super::exact::{ExactPowers, exact_of};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::certified::bounds::{
-    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
-    sorted_support,
+    Bounds, CERTIFIED_GAP, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths,
+    check_input, sorted_support,
 };
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
-
-/// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
-pub(crate) const CERTIFIED_GAP: f64 = 1e-8;
 
 /// Power moments up to which the simplex in double-double is at its ease.
 const MOST_POWERS: usize = 8;

@@ -1,11 +1,11 @@
 //! Primal simplex method in double-double over finitely many depths, with columns added where the dual function
 //! exceeds the step: a linear program over the whole interval, not over a grid.
 
-use super::CERTIFIED_GAP;
 use super::certificate::{SEARCH_TOLERANCE, Step};
 use super::finite::{ARTIFICIAL_COSTS, ARTIFICIAL_RESIDUAL, Column, FiniteProgram, Turned};
 use super::prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
 use crate::arithmetic::{DoubleDouble, Real};
+use crate::certified::bounds::CERTIFIED_GAP;
 use crate::dense::dot;
 use crate::error::MomentError;
 
