@@ -249,7 +249,7 @@ fn quantise_and_decode(published: &Published) -> Result<(), Failed> {
     let transform = Some(published.name.to_owned());
     let stored = TechniqueSpec { transform, ..TechniqueSpec::from(bound) }.build()?;
     let transform = stored.encoding().transform();
-    let (quantise, dequantise) = stored.transform_wgsl();
+    let [quantise, dequantise] = stored.transform_wgsl();
     let functions = format!("const CHANNELS: u32 = {m}u;\n{quantise}{dequantise}");
     let call = |name: &str| {
         format!(

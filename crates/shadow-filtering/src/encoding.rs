@@ -62,8 +62,7 @@ fn affine(matrix: &[f32], offset: &[f32], values: &[f32], out: &mut [f32], is_di
     }
 }
 
-/// WGSL of `quantise` and `dequantise`, from `array<f32, CHANNELS>` to the same: the transform before rounding, and its
-/// inverse.
+/// See [`Technique::transform_wgsl`](crate::Technique::transform_wgsl).
 pub(crate) fn wgsl(transform: Option<&SingleEncoding>) -> [String; 2] {
     let function = |name: &str, values: &str| {
         format!(

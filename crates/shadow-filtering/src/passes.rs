@@ -18,6 +18,12 @@ const FRAME: &str = include_str!("frame.wgsl");
 const MAX_TEXTURES: usize = 2;
 
 impl Technique {
+    /// WGSL of `quantise` and `dequantise`, from `array<f32, CHANNELS>` to the same: the transform of
+    /// [`Technique::encode`] before rounding, and [`Technique::restore`].
+    pub fn transform_wgsl(&self) -> [String; 2] {
+        encoding::wgsl(self.single_encoding())
+    }
+
     /// The passes of a frame, from depth maps with so many samples; `None` where there is no shader, or where the map
     /// would need more than two textures.
     pub fn passes(&self, kernel: &Kernel, samples: u32) -> Option<FrameShaders> {
@@ -47,7 +53,7 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
 }}
 "
         );
-        let [quantise, dequantise] = encoding::wgsl(self.single_encoding());
+        let [quantise, dequantise] = self.transform_wgsl();
         let filter = |axis: &str| {
             let axis = format!("const AXIS = vec2<i32>({axis});\n");
             let own = include_str!("filter.wgsl");
