@@ -23,7 +23,6 @@
 
 mod basis;
 mod bound;
-pub mod conformance;
 mod depth_map;
 mod encoding;
 mod error;
