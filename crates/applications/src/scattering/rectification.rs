@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 
 use thiserror::Error;
 
-use crate::vector::{cross, difference, dot, norm};
+use scenes::vector::{cross, dot, minus, norm};
 
 /// A view that cannot be rectified.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -141,7 +141,7 @@ impl Rectification {
         if size.contains(&0) {
             return Err(RectificationError::NoTexels { columns: size[0], rows: size[1] });
         }
-        let corners = frustum.corners.map(|corner| axes.direction(difference(corner, frustum.apex)));
+        let corners = frustum.corners.map(|corner| axes.direction(minus(corner, frustum.apex)));
         let r_max = corners.iter().map(|c| c[0].hypot(c[1])).fold(0.0, f64::max);
         let units = corners.map(|c| c.map(|value| value / norm(c)));
         let angle = |a: [f64; 3], b: [f64; 3]| norm(cross(a, b)).atan2(dot(a, b));
@@ -175,7 +175,7 @@ impl Rectification {
 
     /// A point of the world.
     pub fn rectify(&self, point: [f64; 3]) -> Rectified {
-        Rectified::of(self.axes.direction(difference(point, self.camera)))
+        Rectified::of(self.axes.direction(minus(point, self.camera)))
     }
 
     /// Normalised depth, not clamped.
