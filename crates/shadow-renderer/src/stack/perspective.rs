@@ -149,15 +149,16 @@ pub(super) fn gradients(
         let end = band.starts.get(texel + 1).map_or(band.keys.len(), |&next| next as usize);
         let texel = (first_texel + texel) as u32;
         let (x, y) = (texel % width, texel / width);
-        for i in start as usize..end {
-            let (depth, index) = ((band.keys[i] >> 32) as f64, band.keys[i] as u32 as usize);
+        let range = start as usize..end;
+        for (&key, out) in band.keys[range.clone()].iter().zip(&mut out[range]) {
+            let (depth, index) = ((key >> 32) as f64, key as u32 as usize);
             let depth = depth / f64::from(1u32 << DEPTH_BITS);
             let (triangle, plane) = (&triangles[index], &weights[index]);
             let [x0, y0, ..] = triangle.bounds.map(u32::from);
             // A sliver's far side may have none.
             let weight = plane.at(x - x0, y - y0).max(1) as f64;
             let along = |k: usize| (triangle.depth.step[k] as f64 - depth * plane.step[k] as f64) / weight;
-            out[i] = [along(0) as f32, along(1) as f32];
+            *out = [along(0) as f32, along(1) as f32];
         }
     }
 }
