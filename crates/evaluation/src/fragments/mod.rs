@@ -2,9 +2,11 @@
 
 pub(crate) mod light;
 mod settings;
+mod view_record;
 
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
+pub use view_record::ViewRecord;
 
 use crate::error::EvaluationError;
 use random_stream::Random;
