@@ -3,6 +3,13 @@
 //! Coverage follows from corners on the texel grid, as under directional lights. A triangle that reaches behind the near
 //! plane, or so far off the map that edge functions would not be exact, is cut first and becomes a fan; both triangles at an
 //! edge find the same point on it, so that the fill rule leaves no gap.
+//!
+//! Both backends share all of this: projection, cutting and planes are made here, once, in double precision, and what is left
+//! to do for a texel is a division of whole numbers. So their stacks agree bit for bit, as under directional lights. A raster
+//! pipeline would cut for itself and has depths that are linear in 1 / Z; it could not agree, and is refused local lights.
+//!
+//! A depth is rounded once, to 2^-24. Before that it is off by about 2^-48 t r, for a triangle of t texels across whose farthest
+//! corner is r times as far as its nearest: below 2^-26 even for t = 8192 and r = 512.
 
 use rayon::prelude::*;
 use scenes::Scene;
