@@ -40,10 +40,11 @@ fn main() -> ExitCode {
         trials.push(Trial::test(format!("brute_force::{name}"), move || {
             let stack = cpu(&brute);
             stack.validate()?;
-            Ok(match brute.frame.eye {
+            match brute.frame.eye {
                 None => brute_force::check(&brute, &stack)?,
                 Some(_) => local_lights::check(&brute, &stack)?,
-            })
+            }
+            Ok(())
         }));
         let threads = case.clone();
         trials.push(Trial::test(format!("threads::{name}"), move || thread_counts(&threads)));

@@ -19,7 +19,7 @@ pub struct SceneSettings {
     /// Names of procedural scenes, or files.
     #[serde(default)]
     pub scenes: Vec<String>,
-    /// Names of light views; empty for all of a scene.
+    /// Names of light views; empty for all of a scene whose light has no extent.
     #[serde(default)]
     pub views: Vec<String>,
     /// Side of the square shadow map in texels.

@@ -3,6 +3,13 @@
 //! Coverage follows from corners on the texel grid, as under directional lights. A triangle that reaches behind the near
 //! plane, or so far off the map that edge functions would not be exact, is cut first and becomes a fan; both triangles at an
 //! edge find the same point on it, so that the fill rule leaves no gap.
+//!
+//! Both backends share all of this: projection, cutting and planes are made here, once, in double precision, and what is left
+//! to do for a texel is a division of whole numbers. So their stacks agree bit for bit, as under directional lights. A raster
+//! pipeline would cut for itself and has depths that are linear in 1 / Z; it could not agree, and is refused local lights.
+//!
+//! A depth is rounded once, to 2^-24. Before that it is off by about 2^-48 t r, for a triangle of t texels across whose farthest
+//! corner is r times as far as its nearest: below 2^-26 even for t = 8192 and r = 512.
 
 use rayon::prelude::*;
 use scenes::Scene;
@@ -149,15 +156,16 @@ pub(super) fn gradients(
         let end = band.starts.get(texel + 1).map_or(band.keys.len(), |&next| next as usize);
         let texel = (first_texel + texel) as u32;
         let (x, y) = (texel % width, texel / width);
-        for i in start as usize..end {
-            let (depth, index) = ((band.keys[i] >> 32) as f64, band.keys[i] as u32 as usize);
+        let range = start as usize..end;
+        for (&key, out) in band.keys[range.clone()].iter().zip(&mut out[range]) {
+            let (depth, index) = ((key >> 32) as f64, key as u32 as usize);
             let depth = depth / f64::from(1u32 << DEPTH_BITS);
             let (triangle, plane) = (&triangles[index], &weights[index]);
             let [x0, y0, ..] = triangle.bounds.map(u32::from);
             // A sliver's far side may have none.
             let weight = plane.at(x - x0, y - y0).max(1) as f64;
             let along = |k: usize| (triangle.depth.step[k] as f64 - depth * plane.step[k] as f64) / weight;
-            out[i] = [along(0) as f32, along(1) as f32];
+            *out = [along(0) as f32, along(1) as f32];
         }
     }
 }
