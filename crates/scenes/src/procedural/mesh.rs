@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::arrays::{Mesh, SceneArrays};
-use crate::fit::{Bounds, area_views};
+use crate::fit::scene_of;
 use crate::{AlphaMask, Camera, LightView, Material, Scene};
 
 pub(super) type Point = [f64; 3];
@@ -65,18 +65,8 @@ impl SceneMesh {
         self.materials.len() as u32 - 1
     }
 
-    pub fn into_scene(self, name: &str, mut views: Vec<LightView>, camera: Camera) -> Scene {
-        views.extend(Bounds::of(&self.arrays).iter().flat_map(area_views));
-        Scene {
-            name: name.into(),
-            vertices: self.arrays.vertices,
-            triangles: self.arrays.triangles,
-            triangle_material: self.arrays.triangle_material,
-            materials: self.materials,
-            views,
-            camera,
-            degenerate_triangles: self.arrays.degenerate_triangles,
-        }
+    pub fn into_scene(self, name: &str, views: Vec<LightView>, camera: Camera) -> Scene {
+        scene_of(self.arrays, name.into(), self.materials, views, camera)
     }
 
     /// A flat quad with its own vertices, counter-clockwise.
