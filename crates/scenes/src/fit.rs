@@ -26,7 +26,7 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     /// Bounds of the vertices that triangles use; `None` without triangles.
-    pub fn of(arrays: &SceneArrays) -> Option<Self> {
+    pub(crate) fn of(arrays: &SceneArrays) -> Option<Self> {
         if arrays.triangles.is_empty() {
             return None;
         }
