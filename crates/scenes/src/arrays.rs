@@ -29,7 +29,7 @@ pub(crate) struct SceneArrays {
 
 impl SceneArrays {
     /// Fails before anything is allocated for `more` triangles that would exceed [`MAX_TRIANGLES`].
-    pub fn reserve_check(&self, more: u64, at: impl FnOnce() -> String) -> Result<(), FileFault> {
+    pub(crate) fn reserve_check(&self, more: u64, at: impl FnOnce() -> String) -> Result<(), FileFault> {
         let count = (self.triangles.len() as u64 + self.degenerate_triangles as u64).saturating_add(more);
         if count > MAX_TRIANGLES {
             return Err(FileFault::TooMany { at: at(), what: "triangles", count, limit: MAX_TRIANGLES });
@@ -41,7 +41,7 @@ impl SceneArrays {
     ///
     /// Where normals are missing they are the sum of the normals of the adjacent triangles, weighted by area,
     /// adjacency being by index: exporters that want creases split vertices there.
-    pub fn push(&mut self, mesh: &Mesh, material: u32) {
+    pub(crate) fn push(&mut self, mesh: &Mesh, material: u32) {
         let base = self.vertices.len() as u32;
         let mut computed: Option<Vec<[f64; 3]>> = None;
         let first_triangle = self.triangles.len();

@@ -2,7 +2,7 @@
 
 use crate::arrays::{Mesh, SceneArrays, doubled_area, unit};
 use crate::vector::{cross, dot, norm, normalize};
-use crate::{AreaLight, Camera, LightView, Material, Outline};
+use crate::{AreaLight, Camera, LightView, Material, Outline, Scene};
 
 /// Name of the material of a ground plane that was added on loading.
 pub(crate) const GROUND_ADDED: &str = "ground_added";
@@ -26,7 +26,7 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     /// Bounds of the vertices that triangles use; `None` without triangles.
-    pub fn of(arrays: &SceneArrays) -> Option<Self> {
+    pub(crate) fn of(arrays: &SceneArrays) -> Option<Self> {
         if arrays.triangles.is_empty() {
             return None;
         }
@@ -60,8 +60,21 @@ const LAMP: [[f64; 3]; 3] = [[-960.0, 0.0, -280.0], [224.0, -600.0, -768.0], [-1
 const LAMP_DISTANCE: f64 = 1.5;
 const LAMP_HALF_SIZE: f64 = 0.05;
 
+/// A scene of these arrays; its own area lights follow the views.
+pub(crate) fn scene_of(
+    arrays: SceneArrays,
+    name: String,
+    materials: Vec<Material>,
+    mut views: Vec<LightView>,
+    camera: Camera,
+) -> Scene {
+    views.extend(Bounds::of(&arrays).iter().flat_map(area_views));
+    let SceneArrays { vertices, triangles, triangle_material, degenerate_triangles } = arrays;
+    Scene { name, vertices, triangles, triangle_material, materials, views, camera, degenerate_triangles }
+}
+
 /// Two lights with an extent: `wide`, a sun, and `lamp`, a square, which is left out where coordinates have no room for it.
-pub(crate) fn area_views(bounds: &Bounds) -> Vec<LightView> {
+fn area_views(bounds: &Bounds) -> Vec<LightView> {
     let (degrees, direction) = WIDE_SUN;
     let wide = AreaLight::Sun { outline: Outline::Disc, degrees: [degrees; 2] };
     let radius = 0.5 * norm(bounds.size());

@@ -16,7 +16,7 @@ pub(super) enum BoxTest {
 impl BoxTest {
     /// The fastest that this machine has.
     #[inline(always)]
-    pub fn fastest() -> Self {
+    pub(super) fn fastest() -> Self {
         #[cfg(target_arch = "x86_64")]
         if std::is_x86_feature_detected!("avx2") {
             return Self::Avx2;

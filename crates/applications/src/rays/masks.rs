@@ -24,7 +24,7 @@ struct Masked {
 
 impl Masks {
     /// Of a scene whose indices are right.
-    pub fn new(scene: &Scene) -> Result<Self, TriangleError> {
+    pub(super) fn new(scene: &Scene) -> Result<Self, TriangleError> {
         if scene.materials.iter().all(|material| material.mask.is_none()) {
             return Ok(Self::default());
         }
@@ -53,13 +53,13 @@ impl Masks {
 
     /// Whether a triangle may have holes.
     #[inline(always)]
-    pub fn apply_to(&self, triangle: u32) -> bool {
+    pub(super) fn apply_to(&self, triangle: u32) -> bool {
         self.places.get(triangle as usize).is_some_and(|&place| place != NONE)
     }
 
     /// Whether there is a surface at a point of a triangle, given by the weights of its corners, which need not sum up to 1.
     #[cold]
-    pub fn pass(&self, triangle: u32, weights: [f64; 3]) -> bool {
+    pub(super) fn pass(&self, triangle: u32, weights: [f64; 3]) -> bool {
         let Masked { uv, mask } = &self.masked[self.places[triangle as usize] as usize];
         let total: f64 = weights.iter().sum();
         let at = [0, 1].map(|k| (0..3).map(|corner| weights[corner] / total * uv[corner][k]).sum());

@@ -1,6 +1,7 @@
 //! Single scattering: media, rectified coordinates, prefix sums, and rays through a shadow map end to end.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 use applications::field::Means;
 use applications::scattering::{
@@ -288,13 +289,13 @@ pub fn rays(table: &Table) -> Result<(), Failed> {
     let mut maps: HashMap<String, (Map, DepthMap)> = HashMap::new();
     for row in table.rows() {
         let name = row.text("map")?.to_owned();
-        if !maps.contains_key(&name) {
-            let path = table.sibling(&format!("scatter_map_{name}.json"));
+        if let Entry::Vacant(vacant) = maps.entry(name) {
+            let path = table.sibling(&format!("scatter_map_{}.json", vacant.key()));
             let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
             let map: Map = serde_json::from_str(&text).map_err(|e| format!("{}: {e}", path.display()))?;
             let depths = map.depth.iter().flatten().map(|&d| d as f32 / 4096.0).collect();
             let depths = DepthMap::new(map.width, map.height, depths)?;
-            maps.insert(name, (map, depths));
+            vacant.insert((map, depths));
         }
     }
     let axes = LightAxes { x: [1.0, 0.0, 0.0], y: [0.0, 1.0, 0.0], light: [0.0, 0.0, 1.0] };

@@ -52,7 +52,7 @@ pub(super) struct Elements<'a> {
 
 impl<'a> Elements<'a> {
     /// Opens an accessor whose elements must have the type `expected`, for an attribute called `role`.
-    pub fn open(
+    pub(super) fn open(
         root: &Root,
         buffers: &'a Buffers,
         index: Index<gltf::json::Accessor>,
@@ -111,21 +111,21 @@ impl<'a> Elements<'a> {
         }
     }
 
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.count
     }
 
-    pub fn is_index_type(&self) -> bool {
+    pub(super) fn is_index_type(&self) -> bool {
         matches!(self.component, ComponentType::U8 | ComponentType::U16 | ComponentType::U32)
     }
 
     /// Element `i`, which must be below [`Self::len`], as numbers; normalised integers are mapped to [-1, 1].
-    pub fn vector<const N: usize>(&self, i: usize) -> [f64; N] {
+    pub(super) fn vector<const N: usize>(&self, i: usize) -> [f64; N] {
         std::array::from_fn(|component| self.component_at(i * self.stride, component))
     }
 
     /// Element `i` of a scalar accessor of unsigned integers.
-    pub fn index(&self, i: usize) -> u32 {
+    pub(super) fn index(&self, i: usize) -> u32 {
         let at = i * self.stride;
         match self.component {
             ComponentType::U8 => u32::from(self.bytes[at]),

@@ -38,7 +38,7 @@ impl UvMap {
         Ok(Self { set: transform.tex_coord.unwrap_or(info.tex_coord), rows })
     }
 
-    pub fn apply(&self, uv: [f64; 2]) -> [f32; 2] {
+    pub(super) fn apply(&self, uv: [f64; 2]) -> [f32; 2] {
         self.rows.map(|row| (row[0] * uv[0] + row[1] * uv[1] + row[2]) as f32)
     }
 }
@@ -55,13 +55,13 @@ pub(super) struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
-    pub fn new(root: &'a Root, buffers: &'a Buffers<'a>, folder: &'a mut Folder) -> Self {
+    pub(super) fn new(root: &'a Root, buffers: &'a Buffers<'a>, folder: &'a mut Folder) -> Self {
         let converted = vec![None; root.materials.len() + 1];
         Self { root, buffers, folder, images: Images::new(), converted, scene: Vec::new() }
     }
 
     /// Index into the scene's materials, and what its alpha mask needs from the primitive.
-    pub fn index(
+    pub(super) fn index(
         &mut self,
         material: Option<Index<gltf::json::Material>>,
     ) -> Result<(u32, Option<UvMap>), FileFault> {

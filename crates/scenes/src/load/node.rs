@@ -23,7 +23,7 @@ impl Affine {
         }))
     }
 
-    pub fn point(&self, p: [f64; 3]) -> [f64; 3] {
+    pub(super) fn point(&self, p: [f64; 3]) -> [f64; 3] {
         self.0.map(|row| row[0] * p[0] + row[1] * p[1] + row[2] * p[2] + row[3])
     }
 
@@ -36,12 +36,12 @@ impl Affine {
     }
 
     /// Whether the map reverses orientation, so that counter-clockwise becomes clockwise.
-    pub fn mirrors(&self) -> bool {
+    pub(super) fn mirrors(&self) -> bool {
         dot(self.linear_row(0), cross(self.linear_row(1), self.linear_row(2))) < 0.0
     }
 
     /// Maps a normal (by the cofactors, which exist for singular maps too); the result has any length.
-    pub fn normal(&self, n: [f64; 3]) -> [f64; 3] {
+    pub(super) fn normal(&self, n: [f64; 3]) -> [f64; 3] {
         let sign = if self.mirrors() { -1.0 } else { 1.0 };
         std::array::from_fn(|row| {
             sign * dot(cross(self.linear_row((row + 1) % 3), self.linear_row((row + 2) % 3)), n)

@@ -41,16 +41,16 @@ pub(super) fn statements(
 }
 
 impl Statement<'_> {
-    pub fn at(&self) -> String {
+    pub(super) fn at(&self) -> String {
         format!("line {}", self.line)
     }
 
-    pub fn invalid(&self, problem: impl AsRef<str>) -> FileFault {
+    pub(super) fn invalid(&self, problem: impl AsRef<str>) -> FileFault {
         FileFault::invalid(self.at(), problem)
     }
 
     /// The first `N` numbers; all but the first `required` default to zero.
-    pub fn numbers<const N: usize>(&self, required: usize) -> Result<[f64; N], FileFault> {
+    pub(super) fn numbers<const N: usize>(&self, required: usize) -> Result<[f64; N], FileFault> {
         let mut numbers = [0.0; N];
         let mut words = self.arguments.split_whitespace();
         for (i, slot) in numbers.iter_mut().enumerate() {

@@ -45,7 +45,7 @@ impl<'a> Source<'a> {
     }
 
     /// The world-space mesh of those vertices that triangles use; `uv_map` is needed for masked materials only.
-    pub fn mesh(
+    pub(super) fn mesh(
         &self,
         arrays: &SceneArrays,
         world_from_mesh: &Affine,

@@ -38,7 +38,7 @@ pub(crate) struct Folder {
 
 impl Folder {
     /// The folder that holds `file`.
-    pub fn of(file: &Path) -> Self {
+    pub(crate) fn of(file: &Path) -> Self {
         let parent = match file.parent() {
             Some(parent) if parent != Path::new("") => parent.to_path_buf(),
             _ => PathBuf::from("."),
@@ -47,17 +47,17 @@ impl Folder {
     }
 
     /// No folder: every external file is refused.
-    pub fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Self { path: None, bytes_left: MAX_FILE_BYTES, read: Vec::new() }
     }
 
     /// The files that were read, as they were named, each once.
-    pub fn into_read(self) -> Vec<PathBuf> {
+    pub(crate) fn into_read(self) -> Vec<PathBuf> {
         self.read
     }
 
     /// The bytes of a glTF URI: a base64 `data:` URI, or a percent-encoded relative path within the folder.
-    pub fn read_uri(&mut self, uri: &str, at: &str) -> Result<Vec<u8>, FileFault> {
+    pub(crate) fn read_uri(&mut self, uri: &str, at: &str) -> Result<Vec<u8>, FileFault> {
         if uri.get(..5).is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
             return decode_data_uri(&uri[5..], at);
         }
@@ -71,7 +71,7 @@ impl Folder {
     }
 
     /// The bytes of a file named by a relative path that stays within the folder, symbolic links followed.
-    pub fn read_path(&mut self, name: &str, at: &str) -> Result<Vec<u8>, FileFault> {
+    pub(crate) fn read_path(&mut self, name: &str, at: &str) -> Result<Vec<u8>, FileFault> {
         let refuse = |why: &str| Err(FileFault::invalid(at, format!("file {name:?} {why}")));
         // On other systems `\` separates folders and `C:` is absolute: refused everywhere alike.
         let leaves = Path::new(name)

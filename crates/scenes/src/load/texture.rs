@@ -17,12 +17,12 @@ pub(super) struct Images {
 }
 
 impl Images {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { texels_left: MAX_SCENE_TEXELS }
     }
 
     /// Decodes an image, told apart by its contents; its size is checked before memory is taken.
-    pub fn decode(&mut self, bytes: &[u8], at: &str) -> Result<RgbaImage, FileFault> {
+    pub(super) fn decode(&mut self, bytes: &[u8], at: &str) -> Result<RgbaImage, FileFault> {
         let invalid = |error: image::ImageError| match error {
             image::ImageError::Unsupported(error) => {
                 FileFault::unsupported(at, format!("image: {error} (PNG and JPEG are read)"))

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::arrays::{Mesh, SceneArrays};
-use crate::fit::{Bounds, area_views};
+use crate::fit::scene_of;
 use crate::{AlphaMask, Camera, LightView, Material, Scene};
 
 pub(super) type Point = [f64; 3];
@@ -37,12 +37,12 @@ pub(super) struct Place {
 }
 
 impl Place {
-    pub fn new(origin: Point, turn: f64) -> Self {
+    pub(super) fn new(origin: Point, turn: f64) -> Self {
         let (sin, cos) = turn.sin_cos();
         Self { origin, sin, cos }
     }
 
-    pub fn at(&self, p: Point) -> Point {
+    pub(super) fn at(&self, p: Point) -> Point {
         add(self.origin, [self.cos * p[0] + self.sin * p[2], p[1], self.cos * p[2] - self.sin * p[0]])
     }
 }
@@ -60,27 +60,17 @@ fn on_grid(p: Point) -> [f32; 3] {
 }
 
 impl SceneMesh {
-    pub fn material(&mut self, name: &str, albedo: [f32; 3], mask: Option<AlphaMask>) -> u32 {
+    pub(super) fn material(&mut self, name: &str, albedo: [f32; 3], mask: Option<AlphaMask>) -> u32 {
         self.materials.push(Material { name: name.into(), albedo, mask: mask.map(Arc::new) });
         self.materials.len() as u32 - 1
     }
 
-    pub fn into_scene(self, name: &str, mut views: Vec<LightView>, camera: Camera) -> Scene {
-        views.extend(Bounds::of(&self.arrays).iter().flat_map(area_views));
-        Scene {
-            name: name.into(),
-            vertices: self.arrays.vertices,
-            triangles: self.arrays.triangles,
-            triangle_material: self.arrays.triangle_material,
-            materials: self.materials,
-            views,
-            camera,
-            degenerate_triangles: self.arrays.degenerate_triangles,
-        }
+    pub(super) fn into_scene(self, name: &str, views: Vec<LightView>, camera: Camera) -> Scene {
+        scene_of(self.arrays, name.into(), self.materials, views, camera)
     }
 
     /// A flat quad with its own vertices, counter-clockwise.
-    pub fn quad(&mut self, material: u32, corners: [Point; 4], uvs: [[f32; 2]; 4]) {
+    pub(super) fn quad(&mut self, material: u32, corners: [Point; 4], uvs: [[f32; 2]; 4]) {
         let mesh = Mesh {
             positions: corners.map(on_grid).into(),
             uvs: uvs.into(),
@@ -91,7 +81,7 @@ impl SceneMesh {
     }
 
     /// A hexahedron from its bottom and top quads, both counter-clockwise seen from above.
-    pub fn hexahedron(&mut self, material: u32, bottom: [Point; 4], top: [Point; 4]) {
+    pub(super) fn hexahedron(&mut self, material: u32, bottom: [Point; 4], top: [Point; 4]) {
         let mut side = |corners| self.quad(material, corners, [[0.0; 2]; 4]);
         side([bottom[3], bottom[2], bottom[1], bottom[0]]);
         side(top);
@@ -102,7 +92,7 @@ impl SceneMesh {
     }
 
     /// The box between two corners, in a place.
-    pub fn block(&mut self, material: u32, place: &Place, low: Point, high: Point) {
+    pub(super) fn block(&mut self, material: u32, place: &Place, low: Point, high: Point) {
         let ring = |y: f64| {
             [[low[0], y, high[2]], [high[0], y, high[2]], [high[0], y, low[2]], [low[0], y, low[2]]]
                 .map(|p| place.at(p))
@@ -112,7 +102,7 @@ impl SceneMesh {
 
     /// A box along the segment from `a` to `b`, `width` across and `height` up the perpendicular that is
     /// nearest to vertical.
-    pub fn beam(&mut self, material: u32, a: Point, b: Point, width: f64, height: f64) {
+    pub(super) fn beam(&mut self, material: u32, a: Point, b: Point, width: f64, height: f64) {
         let axis = normalized(add(b, scale(a, -1.0)));
         let [across, up] = frame(axis);
         let end = |centre: Point| {
@@ -124,7 +114,13 @@ impl SceneMesh {
 
     /// A closed tube through `rings` of (centre, unit axis, radius), `sides` around; smooth normals. If
     /// `closed` the last ring is joined to the first, else both ends are capped by fans.
-    pub fn tube(&mut self, material: u32, rings: &[(Point, [Point; 2], f64)], sides: usize, closed: bool) {
+    pub(super) fn tube(
+        &mut self,
+        material: u32,
+        rings: &[(Point, [Point; 2], f64)],
+        sides: usize,
+        closed: bool,
+    ) {
         let mut mesh = Mesh::default();
         for &(centre, [u, v], radius) in rings {
             for side in 0..sides {
@@ -156,7 +152,7 @@ impl SceneMesh {
     }
 
     /// A vertical solid of revolution over (height, radius) pairs in ascending order.
-    pub fn lathe(&mut self, material: u32, base: Point, profile: &[[f64; 2]], sides: usize) {
+    pub(super) fn lathe(&mut self, material: u32, base: Point, profile: &[[f64; 2]], sides: usize) {
         // Axis upward: u x v must point along +y.
         let axes = [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
         let rings: Vec<_> =
@@ -165,7 +161,7 @@ impl SceneMesh {
     }
 
     /// A horizontal ground around the origin, of tiles so that no triangle is much larger than a house.
-    pub fn ground(&mut self, material: u32, half_extent: f64, tiles: usize) {
+    pub(super) fn ground(&mut self, material: u32, half_extent: f64, tiles: usize) {
         let step = 2.0 * half_extent / tiles as f64;
         for row in 0..tiles {
             for column in 0..tiles {

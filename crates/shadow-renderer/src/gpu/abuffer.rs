@@ -25,7 +25,7 @@ pub(crate) struct ChunkSizes {
 
 impl ChunkSizes {
     /// Pieces for bindings of at most `bytes` bytes; at least one of everything.
-    pub fn for_bindings(bytes: u64) -> Self {
+    pub(crate) fn for_bindings(bytes: u64) -> Self {
         let of = |size: usize| (bytes / size as u64).clamp(1, 1 << 24);
         Self {
             triangles: of(size_of::<GpuTriangle>()) as usize,
@@ -61,7 +61,7 @@ pub(crate) struct ABuffer {
 
 impl ABuffer {
     /// On the device of this process; compiled on the first call.
-    pub fn shared() -> Result<&'static Self, DeviceError> {
+    pub(crate) fn shared() -> Result<&'static Self, DeviceError> {
         static SHARED: OnceLock<Result<ABuffer, DeviceError>> = OnceLock::new();
         let compile = || {
             let gpu = GraphicsDevice::shared()?;
@@ -88,7 +88,7 @@ impl ABuffer {
     ///
     /// # Errors
     /// [`RenderError::Gpu`] where the device fails or lacks memory, the errors of `budget` for too many fragments.
-    pub fn extract(
+    pub(crate) fn extract(
         &self,
         prepared: &PreparedTriangles,
         budget: &Budget,

@@ -13,7 +13,7 @@ pub(crate) struct ComputeShader {
 
 impl ComputeShader {
     /// Compiles one entry point of a WGSL module.
-    pub fn new(gpu: &GraphicsDevice, source: &str, name: &str) -> Result<Self, DeviceError> {
+    pub(super) fn new(gpu: &GraphicsDevice, source: &str, name: &str) -> Result<Self, DeviceError> {
         let entry_point = Module::new(source)?.entry_point(name)?.clone();
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(name),
@@ -27,13 +27,13 @@ impl ComputeShader {
     }
 
     /// Workgroups along x and y for so many threads.
-    pub fn groups_of(&self, threads: [u32; 2]) -> [u32; 2] {
+    pub(super) fn groups_of(&self, threads: [u32; 2]) -> [u32; 2] {
         let [x, y, _] = self.entry_point.workgroup_size;
         [threads[0].div_ceil(x), threads[1].div_ceil(y)]
     }
 
     /// Runs so many workgroups.
-    pub fn dispatch(
+    pub(super) fn dispatch(
         &self,
         gpu: &GraphicsDevice,
         encoder: &mut wgpu::CommandEncoder,

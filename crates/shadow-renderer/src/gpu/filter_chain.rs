@@ -18,7 +18,7 @@ pub(super) struct Chain {
 }
 
 impl Chain {
-    pub fn new(
+    pub(super) fn new(
         gpu: &GraphicsDevice,
         [resolve, rows, columns, halve]: [&str; 4],
         formats: &[Format],
@@ -68,7 +68,7 @@ impl Chain {
     }
 
     /// Level 0, channel by channel, for single floats.
-    pub fn filtered(&self, gpu: &GraphicsDevice) -> Result<Option<Vec<f32>>, DeviceError> {
+    pub(super) fn filtered(&self, gpu: &GraphicsDevice) -> Result<Option<Vec<f32>>, DeviceError> {
         let mut all: Vec<(usize, Vec<f32>)> = Vec::new();
         for map in &self.maps {
             let channels = match map.format() {

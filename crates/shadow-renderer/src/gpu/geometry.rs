@@ -45,7 +45,7 @@ pub(super) struct MaskBuffers {
 }
 
 impl MaskBuffers {
-    pub fn upload(gpu: &GraphicsDevice, masks: &Masks) -> Self {
+    pub(super) fn upload(gpu: &GraphicsDevice, masks: &Masks) -> Self {
         let entries: Vec<[u32; 3]> = masks.entries.iter().map(|e| [e.width, e.height, e.first_bit]).collect();
         Self {
             entries: gpu.buffer_of("masks", &entries, Usage::STORAGE),
@@ -77,7 +77,7 @@ struct LightCorner {
 
 impl LightPass {
     /// With so many samples a texel.
-    pub fn new(
+    pub(super) fn new(
         gpu: &GraphicsDevice,
         scene: &Scene,
         (masks, buffers): (&Masks, &MaskBuffers),
@@ -101,7 +101,7 @@ impl LightPass {
     }
 
     /// Moves the samples of the next submitted pass from the texels' centres by so many texels.
-    pub fn shift(&self, gpu: &GraphicsDevice, offset: [f32; 2]) {
+    pub(super) fn shift(&self, gpu: &GraphicsDevice, offset: [f32; 2]) {
         let texture = self.depths.texture();
         let (width, height) = (texture.width() as f32, texture.height() as f32);
         let shift = [-2.0 * offset[0] / width, 2.0 * offset[1] / height, 0.0, 0.0];
@@ -135,7 +135,7 @@ struct SurfaceCorner {
 pub(super) type Surfaces = [wgpu::TextureView; 3];
 
 impl Geometry {
-    pub fn upload(gpu: &GraphicsDevice, scene: &Scene) -> Result<Self, RenderError> {
+    pub(super) fn upload(gpu: &GraphicsDevice, scene: &Scene) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
         let corners = upload(gpu, scene, &masks, |vertex, material, mask| SurfaceCorner {
             position: vertex.position,
@@ -149,7 +149,7 @@ impl Geometry {
     }
 
     /// The light's depth map with so many samples.
-    pub fn light_pass(
+    pub(super) fn light_pass(
         &self,
         gpu: &GraphicsDevice,
         scene: &Scene,
@@ -160,7 +160,7 @@ impl Geometry {
     }
 
     /// What the camera sees in a picture of some size, and the pass that makes it.
-    pub fn surfaces(
+    pub(super) fn surfaces(
         &self,
         gpu: &GraphicsDevice,
         scene: &Scene,

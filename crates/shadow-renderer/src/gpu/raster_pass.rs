@@ -30,7 +30,7 @@ pub(super) struct RasterPass {
 
 impl RasterPass {
     /// Compiles WGSL with one vertex and one fragment shader. Of the resources those are bound that it uses.
-    pub fn new(
+    pub(super) fn new(
         gpu: &GraphicsDevice,
         source: &str,
         resources: &[Resource<'_>],
@@ -83,7 +83,7 @@ impl RasterPass {
         Ok(Self { pipeline, bindings, corners, colours, depth })
     }
 
-    pub fn draw(
+    pub(super) fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,

@@ -25,12 +25,12 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
-    pub fn new(base: f64, step: [f64; 2]) -> Self {
+    pub(crate) fn new(base: f64, step: [f64; 2]) -> Self {
         Self::with_bits(base, step, PLANE_BITS)
     }
 
     /// Numerator or denominator of a [`Quotient`].
-    pub fn of_quotient(base: f64, step: [f64; 2]) -> Self {
+    pub(crate) fn of_quotient(base: f64, step: [f64; 2]) -> Self {
         Self::with_bits(base, step, QUOTIENT_BITS)
     }
 
@@ -41,14 +41,14 @@ impl Plane {
 
     /// Value `x`, `y` texels from the reference texel.
     #[inline]
-    pub fn at(&self, x: u32, y: u32) -> i64 {
+    pub(crate) fn at(&self, x: u32, y: u32) -> i64 {
         let along = |step: i64, n: u32| step.wrapping_mul(i64::from(n));
         self.base.wrapping_add(along(self.step[0], x)).wrapping_add(along(self.step[1], y))
     }
 
     /// The values along a row from texel `x`, `y` on as depths clamped to `low..=high`.
     #[inline]
-    pub fn depths_from(&self, x: u32, y: u32, low: u32, high: u32) -> Depths {
+    pub(crate) fn depths_from(&self, x: u32, y: u32, low: u32, high: u32) -> Depths {
         let half = 1 << (DEPTH_SHIFT - 1);
         let [low, high] = [low, high].map(i64::from);
         Depths { rounded: self.at(x, y).wrapping_add(half), step: self.step[0], low, high }
@@ -57,7 +57,7 @@ impl Plane {
     /// The index of the texel that holds the value in a repeating row of `size` texels, `size` < 2^16. In perspective the
     /// value is divided by a weight.
     #[inline]
-    pub fn wrapped_texel_at(&self, weight: Option<&Self>, x: u32, y: u32, size: u32) -> u32 {
+    pub(crate) fn wrapped_texel_at(&self, weight: Option<&Self>, x: u32, y: u32, size: u32) -> u32 {
         let fraction = match weight {
             None => (self.at(x, y) >> (PLANE_BITS - 32)) as u32,
             Some(weight) => Quotient { value: self.at(x, y), weight: weight.at(x, y) }.fraction(),
@@ -77,7 +77,7 @@ pub(crate) struct Quotient {
 impl Quotient {
     /// As a depth in units of 2^-24, rounded and clamped; `high` where the weight, that of a sliver's far side, is none.
     #[inline]
-    pub fn depth(self, low: u32, high: u32) -> u32 {
+    pub(crate) fn depth(self, low: u32, high: u32) -> u32 {
         let Self { value, weight } = self;
         if weight <= 0 || value >= weight {
             return high;
@@ -92,7 +92,7 @@ impl Quotient {
 
     /// The first 32 bits after the binary point; 0 without a weight.
     #[inline]
-    pub fn fraction(self) -> u32 {
+    pub(crate) fn fraction(self) -> u32 {
         if self.weight <= 0 {
             return 0;
         }
@@ -113,7 +113,7 @@ pub(crate) struct Depths {
 impl Depths {
     /// This texel's depth in units of 2^-24, rounded and clamped; goes on to the right neighbour.
     #[inline]
-    pub fn next(&mut self) -> u32 {
+    pub(crate) fn next(&mut self) -> u32 {
         let depth = (self.rounded >> DEPTH_SHIFT).max(self.low).min(self.high) as u32;
         self.rounded = self.rounded.wrapping_add(self.step);
         depth
@@ -153,7 +153,7 @@ pub(crate) struct Masks {
 }
 
 impl Masks {
-    pub fn new(scene: &Scene) -> Result<Self, InvalidScene> {
+    pub(crate) fn new(scene: &Scene) -> Result<Self, InvalidScene> {
         let mut masks = Self::default();
         let mut first_bit = 0u64;
         for material in &scene.materials {
@@ -188,7 +188,7 @@ impl Masks {
 
     /// Alpha test `x`, `y` texels from the planes' reference texel; in perspective they are divided by a weight.
     #[inline]
-    pub fn passes(&self, planes: &MaskPlanes, weight: Option<&Plane>, x: u32, y: u32) -> bool {
+    pub(crate) fn passes(&self, planes: &MaskPlanes, weight: Option<&Plane>, x: u32, y: u32) -> bool {
         let entry = self.entries[planes.mask as usize];
         let u = planes.u.wrapped_texel_at(weight, x, y, entry.width);
         let v = planes.v.wrapped_texel_at(weight, x, y, entry.height);

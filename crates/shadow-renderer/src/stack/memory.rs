@@ -69,7 +69,7 @@ impl Budget {
     /// # Errors
     /// [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] if the estimate, made from the triangles'
     /// areas and therefore too high only under alpha masks, lies clearly beyond what is possible.
-    pub fn new(prepared: &PreparedTriangles, available: u64) -> Result<Self, RenderError> {
+    pub(crate) fn new(prepared: &PreparedTriangles, available: u64) -> Result<Self, RenderError> {
         let texels = u64::from(prepared.width) * u64::from(prepared.height);
         let budget = Self { fixed_bytes: texels * BYTES_PER_TEXEL, available };
         let estimate = prepared.estimated_fragments();
@@ -80,7 +80,7 @@ impl Budget {
     }
 
     /// Fails if `fragments` cannot be held.
-    pub fn check(&self, fragments: u64) -> Result<(), RenderError> {
+    pub(crate) fn check(&self, fragments: u64) -> Result<(), RenderError> {
         if fragments > u64::from(u32::MAX) {
             return Err(RenderError::TooManyFragments { at_least: fragments });
         }

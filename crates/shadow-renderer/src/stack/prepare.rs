@@ -68,12 +68,12 @@ pub(super) struct Projected {
 }
 
 impl Projected {
-    pub fn new(exact: [f64; 3]) -> Self {
+    pub(super) fn new(exact: [f64; 3]) -> Self {
         Self { exact, snapped: [snap(exact[0]), snap(exact[1])] }
     }
 
     /// Whether edge functions of this vertex would not be exact.
-    pub fn is_outside(&self) -> bool {
+    pub(super) fn is_outside(&self) -> bool {
         let [x, y, depth] = self.exact;
         !(x.is_finite()
             && y.is_finite()
@@ -106,7 +106,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    pub fn join(self, other: Self) -> Self {
+    pub(super) fn join(self, other: Self) -> Self {
         Self {
             degenerate: self.degenerate + other.degenerate,
             uncovering: self.uncovering + other.uncovering,
@@ -125,7 +125,7 @@ impl PreparedTriangles {
     /// # Errors
     /// [`RenderError::Scene`] (no triangles, dangling index, value that is not finite, malformed
     /// mask), [`RenderError::MapSize`], [`RenderError::GuardBand`] if a vertex lies over 16384 texels off.
-    pub fn new(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
+    pub(crate) fn new(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
         scene.check()?;
         Self::of_checked(scene, frame)
@@ -133,7 +133,7 @@ impl PreparedTriangles {
 
     /// The same for a scene that passed [`Scene::check`] and a frame of supported
     /// size.
-    pub fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
+    pub(crate) fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
         if frame.eye.is_some() {
             return perspective::prepare(scene, frame, masks);
@@ -172,17 +172,17 @@ impl PreparedTriangles {
     }
 
     /// Triangles dropped because their area is zero after snapping.
-    pub fn degenerate(&self) -> usize {
+    pub(crate) fn degenerate(&self) -> usize {
         self.tally.degenerate
     }
 
     /// Triangles dropped because they lie off the map or between texel centres.
-    pub fn uncovering(&self) -> usize {
+    pub(crate) fn uncovering(&self) -> usize {
         self.tally.uncovering
     }
 
     /// Expected number of fragments from the triangles' areas, each at most its bounds; masks are ignored.
-    pub fn estimated_fragments(&self) -> u64 {
+    pub(crate) fn estimated_fragments(&self) -> u64 {
         self.tally.area_twice / AREA_TWICE_OF_TEXEL
     }
 }

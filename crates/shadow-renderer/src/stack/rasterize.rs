@@ -36,13 +36,13 @@ impl BandTimes {
         *since = now;
     }
 
-    pub fn raster(&self) -> Duration {
+    pub(crate) fn raster(&self) -> Duration {
         Duration::from_nanos(self.raster.load(Ordering::Relaxed))
     }
-    pub fn group(&self) -> Duration {
+    pub(crate) fn group(&self) -> Duration {
         Duration::from_nanos(self.group.load(Ordering::Relaxed))
     }
-    pub fn sort(&self) -> Duration {
+    pub(crate) fn sort(&self) -> Duration {
         Duration::from_nanos(self.sort.load(Ordering::Relaxed))
     }
 }
