@@ -18,14 +18,14 @@ mod statistics;
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
 pub use experiment::{Experiment, Scale};
-pub use fragments::SceneSettings;
+pub use fragments::{ReferenceRecord, SceneSettings};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
 };
 pub use kinds::filterable::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
-    FilterableTechnique, FilterableTiming, MapSettings, Picture, PictureRecord, ViewRecord, map_name,
+    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, ViewRecord, map_name,
 };
 pub use kinds::quantization::{
     Alphas, BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting,
@@ -38,7 +38,7 @@ pub use kinds::search::{
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare,
+    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, Nothing, OrderSetting, OrderShare,
     PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
     SpeedViewRecord,
 };

@@ -1,7 +1,10 @@
 //! From a scene to the fragments of its light views: what every kind of experiment on scenes starts from.
 
+mod reference;
 mod settings;
 
+pub use reference::ReferenceRecord;
+pub(crate) use reference::reference_records;
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
 
@@ -32,6 +35,8 @@ pub(crate) struct Lit<'a> {
     pub(crate) stack: Cow<'a, ShadowMapStack>,
     pub(crate) map: DepthMap,
     pub(crate) texel_depth: f64,
+    /// Side of a texel in the scene's units, the larger of both; `None` for a stack, which does not tell.
+    pub(crate) texel_side: Option<f64>,
     /// All fragments: light-facing entries whose kernel lies inside the map. Never empty.
     pub(crate) receivers: Vec<Receiver>,
 }
@@ -68,7 +73,7 @@ impl LoadedScene<'_> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
         };
-        let (stack, texel_depth) = self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
+        let (stack, texel_depth, texel_side) = self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
         let (width, height) = (stack.width as usize, stack.height as usize);
         let map = depth_map(&stack).map_err(|error| fail(error.to_string()))?;
         let receivers = fragments(&stack, kernel);
@@ -81,7 +86,7 @@ impl LoadedScene<'_> {
             );
             return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
         }
-        Ok(Lit { stack, map, texel_depth, receivers })
+        Ok(Lit { stack, map, texel_depth, texel_side, receivers })
     }
 }
 
@@ -148,14 +153,19 @@ impl Source {
         Ok((Self::Scene(scene), views))
     }
 
-    /// The stack of a view, with the view's texel depth.
-    fn stack(&self, light: &LightView, size: u32) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
+    /// The stack of a view, with the view's texel depth and, where it is known, the side of a texel.
+    fn stack(
+        &self,
+        light: &LightView,
+        size: u32,
+    ) -> Result<(Cow<'_, ShadowMapStack>, f64, Option<f64>), RenderError> {
         match self {
             Self::Scene(scene) => {
                 let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;
-                Ok((Cow::Owned(stack), texel_depth(&report.frame)))
+                let [x, y] = report.frame.texels_per_unit;
+                Ok((Cow::Owned(stack), texel_depth(&report.frame), Some(1.0 / x.min(y))))
             }
-            Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack))),
+            Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack), None)),
         }
     }
 }

@@ -7,6 +7,7 @@
 mod agreement;
 mod evaluate;
 mod maps;
+mod pairs;
 mod picture;
 mod plan;
 mod records;
@@ -18,6 +19,6 @@ mod view;
 
 pub use maps::map_name;
 pub use records::{
-    AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PictureRecord, ViewRecord,
+    AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PairRecord, PictureRecord, ViewRecord,
 };
 pub use settings::{FilterableExperiment, FilterableTechnique, FilterableTiming, MapSettings, Picture};
