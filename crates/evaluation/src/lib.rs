@@ -25,7 +25,8 @@ pub use kinds::bounds::{
 };
 pub use kinds::filterable::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
-    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, ViewRecord, map_name,
+    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, ViewRecord,
+    map_name,
 };
 pub use kinds::quantization::{
     Alphas, BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting,
@@ -54,6 +55,7 @@ pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use shards::Shard;
+pub use statistics::NOTHING;
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

@@ -59,6 +59,9 @@ pub(crate) fn joined(parts: impl Iterator<Item = (Mean, usize)> + Clone) -> Mean
     })
 }
 
+/// Name of doing nothing, G = 0, in all tables: what errs about as much should not be used.
+pub const NOTHING: &str = "always lit";
+
 /// Sums of the errors of fragments, beside those of doing nothing.
 ///
 /// Doing nothing is to call every fragment lit, G = 0; it errs by F. The relative error is the sum of |G - F| over that of F.

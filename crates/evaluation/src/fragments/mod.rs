@@ -73,7 +73,8 @@ impl LoadedScene<'_> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
         };
-        let (stack, texel_depth, texel_side) = self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
+        let (stack, texel_depth, texel_side) =
+            self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
         let (width, height) = (stack.width as usize, stack.height as usize);
         let map = depth_map(&stack).map_err(|error| fail(error.to_string()))?;
         let receivers = fragments(&stack, kernel);

@@ -95,13 +95,8 @@ mod tests {
 
     #[test]
     fn statistics_of_a_known_group() {
-        let outcome = |error: f32, class: u8| Outcome {
-            error,
-            reference: 0.5,
-            leak: 0.5,
-            violates: class == 3,
-            class,
-        };
+        let outcome =
+            |error: f32, class: u8| Outcome { error, reference: 0.5, leak: 0.5, violates: class == 3, class };
         let outcomes: Vec<Outcome> =
             [(-0.5, 0), (0.25, 0), (0.0, 1), (-1.0, 3)].map(|(error, class)| outcome(error, class)).into();
         let group = |class| Group {

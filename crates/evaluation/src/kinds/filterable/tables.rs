@@ -12,11 +12,9 @@ use crate::fragments::ReferenceRecord;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::shards;
+use crate::statistics::NOTHING;
 use applications::ShadowMethod;
 use serde::{Deserialize, Serialize};
-
-/// Name of doing nothing, G = 0, in all tables: what errs about as much should not be used.
-const NOTHING: &str = "always lit";
 
 /// Outcomes of one technique on one view, by bias.
 #[derive(Clone, Deserialize, Serialize)]

@@ -2,9 +2,9 @@
 
 use super::settings::{SearchExperiment, SearchReference};
 use crate::error::EvaluationError;
-use crate::fragments::{Lit, LoadedScene, chosen};
-use crate::statistics::Running;
-use applications::{Application, HardShadow};
+use crate::fragments::{Lit, LoadedScene, ReferenceRecord, chosen, reference_records};
+use crate::statistics::{NOTHING, Running};
+use applications::{Application, BiasSetting, HardShadow, truths};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
@@ -31,6 +31,7 @@ pub(crate) struct Workload {
     pub(crate) blocks: Vec<Block>,
     pub(crate) views: Vec<WorkloadView>,
     pub(crate) marks: Vec<MarkErrors>,
+    pub(crate) references: Vec<ReferenceRecord>,
 }
 
 /// A light view as it was sampled.
@@ -137,9 +138,11 @@ impl Workload {
             blocks: std::iter::repeat_with(Block::default).take(experiment.blocks).collect(),
             views: Vec::new(),
             marks: Vec::new(),
+            references: Vec::new(),
         };
-        builder.marks.extend(experiment.mark.iter().map(|mark| MarkErrors {
-            name: mark.name.clone(),
+        let named = experiment.mark.iter().map(|mark| mark.name.as_str());
+        builder.marks.extend(named.chain([NOTHING]).map(|name| MarkErrors {
+            name: name.to_owned(),
             exact: Vec::new(),
             moved: Vec::new(),
             difference: Vec::new(),
@@ -158,6 +161,7 @@ impl Workload {
             blocks: builder.blocks.into_iter().map(Block::sorted).collect(),
             views: builder.views,
             marks: builder.marks,
+            references: builder.references,
         })
     }
 
@@ -199,7 +203,9 @@ struct Builder<'a> {
     known: Vec<Known>,
     blocks: Vec<Block>,
     views: Vec<WorkloadView>,
+    /// The last is doing nothing.
     marks: Vec<MarkErrors>,
+    references: Vec<ReferenceRecord>,
 }
 
 impl Builder<'_> {
@@ -239,6 +245,9 @@ impl Builder<'_> {
                 self.insert(chunk * CHUNK + i, view, sampled);
             }
         }
+        let drawn: Vec<Receiver> = chosen.iter().map(|&index| receivers[index]).collect();
+        let references = self.reference_records((scene.label, &light.name), (&map, unit), &drawn);
+        self.references.extend(references);
         self.views.push(WorkloadView {
             scene: scene.label.to_owned(),
             view: light.name.clone(),
@@ -247,6 +256,28 @@ impl Builder<'_> {
             active,
         });
         Ok(())
+    }
+
+    /// The rows of reference.csv of a view: F of the fragments drawn, with depths where they are.
+    fn reference_records(
+        &self,
+        place: (&str, &str),
+        (map, unit): (&DepthMap, f64),
+        receivers: &[Receiver],
+    ) -> Vec<ReferenceRecord> {
+        let Self { experiment, kernel, .. } = self;
+        let (bias, plane_limit) = (experiment.bias, experiment.scenery.plane_limit);
+        let application = HardShadow { map, kernel, texel_depth: unit, bias, plane_limit };
+        match experiment.reference {
+            SearchReference::Plain => reference_records(place, bias.technique, |technique| {
+                let biased = HardShadow { bias: BiasSetting { technique, ..bias }, ..application };
+                receivers.par_iter().map(|receiver| biased.bounded(receiver)).collect()
+            }),
+            SearchReference::Plane => reference_records(place, bias.reference, |reference| {
+                let biased = HardShadow { bias: BiasSetting { reference, ..bias }, ..application };
+                truths(&biased, receivers)
+            }),
+        }
     }
 
     fn prepare(
@@ -295,6 +326,7 @@ impl Builder<'_> {
             let g_moved = shade(&mut moved, grid)?;
             marks.push(((g - exact).abs(), (g_moved - reference).abs()));
         }
+        marks.push((exact, reference));
         Ok(Sampled { kernel, step: step as u16, mass_before, reference, marks })
     }
 

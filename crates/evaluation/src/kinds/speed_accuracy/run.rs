@@ -10,17 +10,15 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
-use crate::statistics::Sums;
-use crate::statistics::rounded;
+use crate::statistics::{NOTHING, Sums, rounded};
 use rayon::prelude::*;
 use shadow_filtering::{DepthBias, Kernel, Receiver};
 
 /// Format of percentage-closer filtering, which competes with nobody: it cannot be filtered in advance.
 const COMPARED: &str = "depth";
 
-/// Technique and format of doing nothing: every fragment is lit, and no map is rendered. Nobody competes with it; what errs as
-/// much should not be used.
-const NOTHING: (&str, &str) = ("always lit", "none");
+/// Format of doing nothing, which renders no map; nobody competes with it.
+const NO_FORMAT: &str = "none";
 
 /// One technique, format and size with the sums of all variants by view.
 struct Measured {
@@ -205,8 +203,8 @@ impl SpeedAccuracyExperiment {
         let of_view = |truth: &Vec<f32>| summed(&truth.iter().map(|f| -f).collect::<Vec<_>>(), truth);
         let (bias, blend) = (DepthBias::default(), Blend::default());
         Measured {
-            technique: NOTHING.0.to_owned(),
-            format: NOTHING.1.to_owned(),
+            technique: NOTHING.to_owned(),
+            format: NO_FORMAT.to_owned(),
             size: self.scenery.size,
             variants: vec![FreeParameters { index: 0, alpha: None, bias, blend }],
             bits_per_texel: 0,
@@ -239,7 +237,7 @@ impl SpeedAccuracyExperiment {
         let front = |index: usize| {
             let (cost, error) = (measured[index].cost.total(), bests[index].1);
             let competes =
-                |of: &Measured| of.format != COMPARED && of.format != NOTHING.1 && of.error.is_empty();
+                |of: &Measured| of.format != COMPARED && of.format != NO_FORMAT && of.error.is_empty();
             competes(&measured[index])
                 && !measured.iter().zip(&bests).any(|(other, &(_, other_error))| {
                     let other_cost = other.cost.total();

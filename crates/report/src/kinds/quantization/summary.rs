@@ -1,10 +1,11 @@
 //! What the records of a quantisation experiment say, in numbers.
 
 use crate::error::ReportError;
+use crate::kinds::reference::ReferenceLevel;
 use crate::page::{Text, in_percent};
 use evaluation::{
-    BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
-    QuantizationViewRecord, RunDirectory,
+    BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, NOTHING,
+    QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, RunDirectory,
 };
 use moment_problem::Basis;
 
@@ -18,14 +19,16 @@ pub(crate) struct QuantizationTables {
     pub(crate) codes: Vec<CodeRecord>,
     pub(crate) views: Vec<QuantizationViewRecord>,
     pub(crate) samples: Vec<GainSample>,
+    pub(crate) reference: ReferenceLevel,
 }
 
 /// A difference of less than so many standard errors is none.
 const CERTAIN: f64 = 3.0;
 
 impl QuantizationTables {
-    pub(crate) fn read(run: &RunDirectory) -> Result<Self, ReportError> {
+    pub(crate) fn read(run: &RunDirectory, experiment: &QuantizationExperiment) -> Result<Self, ReportError> {
         Ok(Self {
+            reference: ReferenceLevel::read(run, experiment.bias.reference)?,
             records: run.rows("records.csv")?,
             gains: run.rows("gains.csv")?,
             biases: run.rows("biases.csv")?,
@@ -41,6 +44,11 @@ impl QuantizationTables {
     pub(crate) fn exact(&self, bound: &str, kernel: &str) -> Option<f64> {
         let exact = |r: &&QuantizationRecord| r.target == "exact" && r.bound == bound && r.kernel == kernel;
         self.records.iter().find(exact).map(|r| r.l1_error)
+    }
+
+    /// Doing nothing, for one filter; nothing in runs before it was recorded.
+    pub(crate) fn nothing(&self, kernel: &str) -> Option<&QuantizationRecord> {
+        self.records.iter().find(|r| r.bound == NOTHING && r.kernel == kernel)
     }
 
     /// The b* of least error for each bound, transform, format and filter, in the order of the records.
@@ -101,12 +109,16 @@ impl QuantizationTables {
                     valid.alpha_999
                 )
             };
-            sentences.push(format!(
-                "Four moments err by {} %; with sixteen bits each and MSM15's transform by {}, without a transform by {}.",
+            sentences.push(self.reference.before(&format!(
+                "four moments err by {} %; with sixteen bits each and MSM15's transform by {}, without a transform by {}.",
                 percent(exact),
                 pair(theta),
                 pair(plain)
-            ));
+            )));
+            if let Some(nothing) = self.nothing(&theta.kernel) {
+                sentences
+                    .push(format!("Calling every fragment lit errs by {} %.", percent(nothing.l1_error)));
+            }
         }
         for c in
             self.comparisons.iter().filter(|c| c.bound == "Hamburger 6" && c.transform.starts_with("ours"))

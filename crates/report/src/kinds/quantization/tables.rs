@@ -5,8 +5,16 @@ use crate::page::{Block, Table, Text, code, in_percent};
 use evaluation::{BiasRecord, ComparisonRecord};
 
 pub(crate) fn blocks(tables: &QuantizationTables) -> Vec<Block> {
-    [gains(tables), errors(tables), comparisons(tables), circulation(tables), targets(tables), views(tables)]
-        .concat()
+    [
+        gains(tables),
+        errors(tables),
+        comparisons(tables),
+        circulation(tables),
+        targets(tables),
+        views(tables),
+        tables.reference.blocks(2),
+    ]
+    .concat()
 }
 
 /// Seven digits are more than any table's reader compares; small ones in powers of ten.

@@ -1,10 +1,11 @@
 //! What the records of a `speed-accuracy` experiment say, in numbers.
 
 use crate::error::ReportError;
+use crate::kinds::reference::ReferenceLevel;
 use crate::kinds::rows::{distinct, rows_if_there};
 use crate::page::{Measured, Text, median_of, percent, player};
 use evaluation::{
-    FrameSample, GpuRecord, OrderShare, RunDirectory, SpeedAccuracyExperiment, SpeedAccuracyRecord,
+    FrameSample, GpuRecord, NOTHING, OrderShare, RunDirectory, SpeedAccuracyExperiment, SpeedAccuracyRecord,
     SpeedSample, SpeedViewRecord,
 };
 
@@ -19,6 +20,7 @@ pub(crate) struct SpeedTables<'a> {
     pub(crate) gpu: Option<GpuRecord>,
     /// Empty without a graphics processor.
     pub(crate) frames: Vec<FrameSample>,
+    pub(crate) reference: ReferenceLevel,
 }
 
 /// Nanoseconds an item over the rounds.
@@ -41,6 +43,7 @@ impl<'a> SpeedTables<'a> {
         Ok(Self {
             experiment,
             gpu,
+            reference: ReferenceLevel::read(run, experiment.reference)?,
             frames: rows_if_there(run, "frames.csv")?,
             records: run.rows("records.csv")?,
             orders: run.rows("orders.csv")?,
@@ -51,6 +54,15 @@ impl<'a> SpeedTables<'a> {
 
     /// Every technique, format and size with its best biases, over all fragments.
     pub(crate) fn best(&self) -> impl Iterator<Item = &SpeedAccuracyRecord> {
+        self.pooled().filter(|r| r.technique != NOTHING)
+    }
+
+    /// Doing nothing; nothing in runs before it was recorded.
+    pub(crate) fn nothing(&self) -> Option<&SpeedAccuracyRecord> {
+        self.pooled().find(|r| r.technique == NOTHING)
+    }
+
+    fn pooled(&self) -> impl Iterator<Item = &SpeedAccuracyRecord> {
         self.records.iter().filter(|r| r.best && r.scene == "all" && r.view == "all")
     }
 
@@ -190,6 +202,9 @@ impl<'a> SpeedTables<'a> {
                 ));
             }
         }
+        if let Some(nothing) = self.nothing() {
+            sentences.push(format!("Calling every fragment lit errs by {}.", percent(nothing.l1_error)));
+        }
         if let (Some(vsm), Some(halved)) = (vsm, self.of(msm, full / 2)) {
             sentences.push(format!(
                 "On a map of half the side they err by {} at {:.2} times the cost of variance shadow maps on the whole.",
@@ -216,6 +231,9 @@ impl<'a> SpeedTables<'a> {
                 of(cheapest),
                 of(best)
             ));
+        }
+        if let Some(first) = sentences.first_mut() {
+            *first = self.reference.before(first);
         }
         // The other tolerances are in the tables.
         let kinds = self.need_kinds();
