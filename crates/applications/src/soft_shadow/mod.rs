@@ -4,6 +4,7 @@ mod filterable;
 mod penumbra;
 mod percentage_closer;
 mod reconstruction;
+mod shaders;
 mod truth;
 mod view;
 
@@ -11,6 +12,9 @@ pub use filterable::{filterable_soft_shadow, filtered_hard_shadow};
 pub use penumbra::Penumbra;
 pub use percentage_closer::{DepthField, percentage_closer_soft_shadow};
 pub use reconstruction::{Blockers, Reconstruction, ReconstructionError, Warp};
+pub use shaders::{
+    FilterSize, filterable_shader, penumbra_uniform, percentage_closer_shader, prefix_sums_shader,
+};
 pub use truth::{AreaTruth, OccludedFraction, TruthError, TruthSettings};
 pub use view::{SoftMethod, SoftReceiver, SoftShadow};
 

@@ -129,6 +129,11 @@ impl<R: Real> Reconstruction<R> {
         self.warp
     }
 
+    /// alpha.
+    pub fn moment_bias(&self) -> R {
+        self.moment_bias
+    }
+
     /// The same in another precision.
     pub fn cast<S: Real>(&self) -> Reconstruction<S> {
         let cast = |value: R| S::from_f64(value.to_f64());
