@@ -187,7 +187,10 @@ fn ground_too_large_for_its_map_is_told_so() {
         let scene = box_on_ground(directory.path(), side, true);
         let (advice, message, code) = asked(&[&scene, "--size", "128"]);
         if advice["recommendation"].is_null() {
-            assert!(code == Some(2) && message.contains("texels of") && message.lines().count() == 1, "{message}");
+            assert!(
+                code == Some(2) && message.contains("texels of") && message.lines().count() == 1,
+                "{message}"
+            );
         } else {
             assert!(advice["recommendation"]["relative_error_high"].as_f64().unwrap() <= 0.5, "{advice}");
         }

@@ -142,7 +142,9 @@ fn few_fragments_make_no_winner() {
     let rows = recorded("filterable", "records.csv");
     let pooled: Vec<_> = rows
         .iter()
-        .filter(|row| ["scene", "view", "class"].iter().all(|column| row[*column] == "all") && row["bias"] == "0")
+        .filter(|row| {
+            ["scene", "view", "class"].iter().all(|column| row[*column] == "all") && row["bias"] == "0"
+        })
         .collect();
     let few = pooled.iter().min_by_key(|row| count(row, "fragments")).unwrap();
     let most = pooled.iter().map(|row| count(row, "fragments")).max().unwrap();

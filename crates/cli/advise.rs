@@ -72,10 +72,17 @@ fn refusal(advice: &Advice) -> anyhow::Error {
         );
     };
     anyhow!(
-        "tolerance {tolerance} and {relative} of doing nothing, which errs by {:.5}: nothing meets it on `{scene}` on \
+        "tolerance {tolerance} and {relative} of doing nothing, which errs by {}: nothing meets it on `{scene}` on \
          {map}; the best is {best}",
-        nothing.l1_error
+        fraction(nothing.l1_error)
     )
+}
+
+/// Four digits behind the point, or two digits of what these do not show.
+fn fraction(value: f64) -> String {
+    /// Ten units of the last digit behind the point.
+    const SMALL: f64 = 1e-3;
+    if value == 0.0 || value >= SMALL { format!("{value:.4}") } else { format!("{value:.1e}") }
 }
 
 /// The reference's map, with the size of what it can show.
@@ -99,10 +106,10 @@ fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
     )?;
     writeln!(out)?;
     writeln!(out, "                 error   interval           relative   cost    map")?;
-    let nothing = advice.nothing.l1_error;
+    let nothing = fraction(advice.nothing.l1_error);
     writeln!(
         out,
-        "do nothing     {nothing:>7.4}   {nothing:.4} to {nothing:.4}      1.000   0.000    0.00 MiB  every fragment is lit"
+        "do nothing     {nothing:>7}   {nothing:>6} to {nothing:>6}      1.000   0.000    0.00 MiB  every fragment is lit"
     )?;
     let sought = advice.recommendation.is_some();
     for (title, choice, none) in [
@@ -121,6 +128,14 @@ fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
         "error: mean distance from PCF, lower is better; all intervals hold with probability {}",
         advice.confidence
     )?;
+    if let (Some(used), Some(better)) = (&advice.recommendation, &advice.next_better)
+        && better.l1_error_high >= used.l1_error_low
+    {
+        writeln!(
+            out,
+            "next better: by the fragments seen; its interval and that of the recommended one overlap"
+        )?;
+    }
     writeln!(
         out,
         "relative: error over that of doing nothing, which ground in the light does not dilute; at most {} is recommended",
@@ -139,10 +154,10 @@ fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
 fn write_choice(out: &mut dyn Write, title: &str, choice: &Choice) -> io::Result<()> {
     writeln!(
         out,
-        "{title:<14} {:>7.4}   {:.4} to {:.4}   {:>8.3}  {:>6.3}  {:>6.2} MiB  {}",
-        choice.l1_error,
-        choice.l1_error_low,
-        choice.l1_error_high,
+        "{title:<14} {:>7}   {:>6} to {:>6}   {:>8.3}  {:>6.3}  {:>6.2} MiB  {}",
+        fraction(choice.l1_error),
+        fraction(choice.l1_error_low),
+        fraction(choice.l1_error_high),
         choice.relative_error,
         choice.cost,
         choice.map_bytes as f64 / f64::from(1 << 20),
@@ -173,11 +188,11 @@ fn name(choice: &Choice) -> String {
 /// For one line.
 fn describe(choice: &Choice) -> String {
     format!(
-        "{} with {:.5} ({:.5} to {:.5}), {:.2} of doing nothing",
+        "{} with {} ({} to {}), {:.2} of doing nothing",
         name(choice),
-        choice.l1_error,
-        choice.l1_error_low,
-        choice.l1_error_high,
+        fraction(choice.l1_error),
+        fraction(choice.l1_error_low),
+        fraction(choice.l1_error_high),
         choice.relative_error
     )
 }

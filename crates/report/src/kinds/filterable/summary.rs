@@ -154,24 +154,25 @@ impl<'a> FilterableTables<'a> {
         });
         let techniques = || pooled.iter().filter(|r| r.technique != NOTHING);
         let only_compared = techniques().next().is_some() && techniques().all(is_compared);
+        let headline = self.headline(&pooled);
+        let over_references = self.over_references(&pooled);
+        let tells_bias = !only_compared && over_references.is_none() && headline.is_some();
         if only_compared {
             sentences.extend(against_program.clone());
-        } else if let Some(sentence) = self.over_references(&pooled) {
-            sentences.push(sentence);
+        } else if over_references.is_some() {
+            sentences.extend(over_references);
         } else {
-            sentences.extend(self.headline(&pooled));
-        }
-        if let Some(first) = sentences.first_mut() {
-            *first = self.reference.before(first);
+            sentences.extend(headline.map(|headline| self.reference.before(&headline)));
         }
         // Means over other fragments have no place in this order.
         let most = pooled.iter().map(|r| r.fragments).max().unwrap_or_default();
         let (placed, few): (Vec<_>, Vec<_>) = pooled.iter().copied().partition(|r| r.fragments == most);
-        sentences.push(format!(
+        let order = format!(
             "In order of mean |G - F| over all views, ~ where {CERTAIN} standard errors of the difference leave the order open: \
              {}.",
             self.order(&placed)
-        ));
+        );
+        sentences.push(if tells_bias { order } else { self.reference.before(&order) });
         sentences.extend(few.into_iter().map(|r| self.beside(r, &placed)));
         if self.experiment.bias.len() > 1 {
             let mut best: Vec<&FilterableRecord> =

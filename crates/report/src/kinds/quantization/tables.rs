@@ -1,8 +1,9 @@
 //! The tables of a quantisation experiment, each with a note on how to read it.
 
 use super::summary::{QuantizationTables, percent};
-use crate::page::{Block, Table, Text, code, in_percent};
-use evaluation::{BiasRecord, ComparisonRecord};
+use crate::kinds::rows::distinct;
+use crate::page::{Block, Table, Text, code, in_percent, row};
+use evaluation::{BiasRecord, ComparisonRecord, NOTHING};
 
 pub(crate) fn blocks(tables: &QuantizationTables) -> Vec<Block> {
     [
@@ -51,6 +52,8 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
     };
     let exact = |b: &BiasRecord| tables.exact(&b.bound, &b.kernel);
     let lost = |b: &BiasRecord, error: f64| exact(b).map(|exact| format!("{:+.3}", 100.0 * (error - exact)));
+    let relative =
+        |b: &BiasRecord| tables.nothing(&b.kernel).map(|nothing| b.best_l1_error / nothing.l1_error);
     let rows = tables.best().into_iter().map(|b| (b, tables.most_valid(b).unwrap_or(b)));
     let table = Table::of(rows)
         .left("bound", |(b, _)| &b.bound)
@@ -59,6 +62,7 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
         .right("filter", |(b, _)| &b.kernel)
         .right("bits a texel", |(b, _)| bits(b))
         .right("L1, not quantised", |(b, _)| exact(b).map(percent))
+        .right("relative, least error", |(b, _)| relative(b).map(percent))
         .right("invalid, alpha 0", |(b, _)| percent(b.invalid_unbiased))
         .right("alpha of least error (b*)", |(b, _)| format!("{} ({})", alpha(b.best_alpha), b.target))
         .right("L1 added", |(b, _)| lost(b, b.best_l1_error))
@@ -71,8 +75,21 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
         .right("all valid", |(_, valid)| alpha(valid.alpha_all))
         .right("L1 added", |(b, valid)| lost(b, valid.valid_l1_error))
         .right("change", |(_, valid)| percent(valid.valid_change));
+    let table: Table = table.into();
+    let columns = table.columns.len();
+    let kernels = distinct(tables.best().into_iter().map(|b| b.kernel.as_str()));
+    let nothing = kernels.into_iter().filter_map(|kernel| tables.nothing(kernel)).map(|nothing| {
+        let none = Text::from(None::<Text>);
+        let error = percent(nothing.l1_error);
+        let mut cells =
+            row![NOTHING, none.clone(), none.clone(), &nothing.kernel, 0usize, error, percent(1.0)];
+        cells.resize(columns, none);
+        cells
+    });
+    let table = table.rows(nothing);
     let note = Text::from(
-        "Errors and shares in percent; less is better. L1 added: mean |G - F| minus that of the same bound without \
+        "Errors and shares in percent; less is better. Relative: the sum of |G - F| over that of F, which is what calling every \
+         fragment lit errs by. L1 added: mean |G - F| minus that of the same bound without \
          quantisation. Change: mean distance of G from the same bound without quantisation. False shadows: share of \
          fragments with G more than 1/255 above PCF of the same depth, which no lower bound exceeds. Invalid: moment \
          vectors whose moment matrix is not positive definite after the bias. Two biases are shown for each format: that \
