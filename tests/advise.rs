@@ -129,12 +129,26 @@ fn a_recommendation_holds_on_all_fragments_and_nothing_cheaper_does() {
 /// A box of a metre on ground of so many metres along a side, or the ground alone.
 fn box_on_ground(directory: &Path, side: f64, with_box: bool) -> String {
     let half = 0.5 * side;
-    let mut text = format!("v {0} 0 {0}\nv {1} 0 {0}\nv {1} 0 {1}\nv {0} 0 {1}\nf 4 3 2 1\n", -half, half);
+    let mut text = String::from("usemtl ground\n");
+    let mut rectangle = |[x0, x1]: [f64; 2], [z0, z1]: [f64; 2], is_up: bool| {
+        text += &format!("v {x0} 0 {z0}\nv {x1} 0 {z0}\nv {x1} 0 {z1}\nv {x0} 0 {z1}\n");
+        text += if is_up { "f -1 -2 -3 -4\n" } else { "f -4 -3 -2 -1\n" };
+    };
+    rectangle([-half, half], [-half, half], true);
     if with_box {
         for y in [0, 1] {
             text += &format!("v 0 {y} 0\nv 1 {y} 0\nv 1 {y} 1\nv 0 {y} 1\n");
         }
         text += "f 12 11 10 9\nf 5 6 10 9\nf 6 7 11 10\nf 7 8 12 11\nf 8 5 9 12\n";
+    } else {
+        // It goes on, seen from below: next to nothing, F takes the cleared map for an occluder of the farthest corner.
+        let far = side;
+        for (x, z) in [([-far, far], [-far, -half]), ([-far, far], [half, far])] {
+            rectangle(x, z, false);
+        }
+        for x in [[-far, -half], [half, far]] {
+            rectangle(x, [-half, half], false);
+        }
     }
     let path = directory.join(format!("ground-{side}-{with_box}.obj"));
     std::fs::write(&path, text).unwrap();
@@ -145,38 +159,66 @@ fn box_on_ground(directory: &Path, side: f64, with_box: bool) -> String {
 fn asked(arguments: &[&str]) -> (Value, String, Option<i32>) {
     let output = msm(&[&["advise"], arguments, &["--format", "json"]].concat());
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    (serde_json::from_slice(&output.stdout).unwrap(), message, output.status.code())
+    let advice =
+        serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{arguments:?}: {message}"));
+    (advice, message, output.status.code())
+}
+
+/// The experiment with variance shadow maps in single precision alone, under one bias: their error does not change with the
+/// depth range, which grows with the ground.
+fn variance_alone(directory: &Path) -> PathBuf {
+    let text = std::fs::read_to_string(candidates(directory, "stairs")).unwrap();
+    let mut table: toml::Table = toml::from_str(&text).unwrap();
+    let more: toml::Table =
+        toml::from_str("divisors = [1]\nblends = [{}]\nbiases = [{ texels = 1.0, slopes = 1.0 }]").unwrap();
+    table.extend(more);
+    // Pictures name techniques that are no longer there.
+    for key in ["picture", "every_view", "frames"] {
+        table.remove(key);
+    }
+    let is_kept = |value: &toml::Value| value["method"]["bound"].as_str() == Some("vsm");
+    table["technique"].as_array_mut().unwrap().retain(is_kept);
+    let path = directory.join("only.toml");
+    std::fs::write(&path, table.to_string()).unwrap();
+    path
 }
 
 #[test]
 fn a_large_ground_in_the_light_excuses_no_technique() {
     let directory = tempfile::tempdir().unwrap();
-    let mut relative = Vec::new();
-    for side in [40.0, 80.0] {
-        // Texels of a metre over 6.4 on both.
-        let size = (6.4 * side).to_string();
+    let file = variance_alone(directory.path());
+    let mut found = Vec::new();
+    // Texels of the same side, so that only the ground grows.
+    for (side, size) in [(20.0, "256"), (40.0, "512"), (80.0, "1024")] {
         let scene = box_on_ground(directory.path(), side, true);
-        let (advice, message, code) = asked(&[&scene, "--size", &size]);
-        // Anything is within 0.02, for doing nothing is.
+        // Any tolerance is met, by doing nothing as well.
+        let (advice, message, code) =
+            asked(&[&scene, "--size", size, "--tolerance", "0.5", "--candidates", file.to_str().unwrap()]);
         let nothing = advice["nothing"]["l1_error"].as_f64().unwrap();
-        assert!(nothing > 0.0 && nothing < 0.004, "{advice}");
-        let shown = match advice["recommendation"].is_null() {
-            true => {
-                assert!(code == Some(2) && message.contains("nothing meets it"), "{message}");
-                &advice["next_better"]
-            }
-            false => &advice["recommendation"],
-        };
+        let is_refused = advice["recommendation"].is_null();
+        assert_eq!(code, Some(if is_refused { 2 } else { 0 }), "{message}");
+        let shown = if is_refused { &advice["next_better"] } else { &advice["recommendation"] };
         let of = |key: &str| shown[key].as_f64().unwrap();
-        assert!(advice["recommendation"].is_null() || of("relative_error_high") <= 0.5, "{advice}");
-        let technique = (shown["technique"].clone(), shown["format"].clone());
-        relative.push((nothing, of("relative_error_low"), of("relative_error_high"), technique));
+        assert!(is_refused || of("relative_error_high") <= 0.5, "{advice}");
+        assert!(!is_refused || of("relative_error_high") > 0.5, "{advice}");
+        found.push((
+            nothing,
+            of("l1_error"),
+            [of("relative_error_low"), of("relative_error_high")],
+            is_refused,
+        ));
     }
-    // The ground is four times as large, the companion of the mean the same, and so is the advice.
-    let (small, large) = (&relative[0], &relative[1]);
-    assert!(large.0 < 0.3 * small.0, "{relative:?}");
-    assert!(small.1 <= large.2 + 0.02 && large.1 <= small.2 + 0.02, "{relative:?}");
-    assert_eq!(small.3, large.3, "{relative:?}");
+    for pair in found.windows(2) {
+        // The ground is four times as large, and so much smaller is the mean of anything, that of doing nothing too.
+        assert!(pair[1].0 < 0.4 * pair[0].0 && pair[1].1 < 0.4 * pair[0].1, "{found:?}");
+        // The companion is the same, but for where the texels lie, and so is the advice.
+        let [one, other] = [pair[0].2, pair[1].2];
+        assert!(
+            one[0] <= 1.1 * other[1] && other[0] <= 1.1 * one[1] && other[1] < 1.5 * other[0],
+            "{found:?}"
+        );
+        assert_eq!(pair[0].3, pair[1].3, "{found:?}");
+    }
 }
 
 #[test]
