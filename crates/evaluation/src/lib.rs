@@ -17,35 +17,32 @@ mod statistics;
 
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
-pub use experiment::{Experiment, Scale};
-pub use fragments::{ReferenceRecord, SceneSettings};
+pub use experiment::{Alphas, Experiment, Prediction, Scale};
+pub use fragments::{ReferenceRecord, SceneSettings, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
 };
 pub use kinds::filterable::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
-    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, ViewRecord,
-    map_name,
+    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, map_name,
 };
 pub use kinds::quantization::{
-    Alphas, BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting,
-    HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, StoreSetting,
-    StructureName,
+    BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
+    QuantizationExperiment, QuantizationRecord, StoreSetting, StructureName,
 };
 pub use kinds::search::{
-    MarkRecord, Prediction, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord,
-    SearchReference, SearchSample, SearchTiming, SearchViewRecord, StageRecord,
+    MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
+    SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
     EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, Nothing, OrderSetting, OrderShare,
     PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
-    SpeedViewRecord,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
-    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming, StabilityViewRecord,
+    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming,
 };
 pub use moment_problem::MomentBound;
 pub use provenance::{Build, Provenance, logical_cores};

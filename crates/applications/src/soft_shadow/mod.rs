@@ -103,4 +103,6 @@ impl<R: Real> BlockerSearch<R> {
 }
 
 #[cfg(test)]
+mod closed_forms;
+#[cfg(test)]
 mod tests;

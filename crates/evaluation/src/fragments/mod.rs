@@ -1,18 +1,21 @@
 //! From a scene to the fragments of its light views: what every kind of experiment on scenes starts from.
 
+pub(crate) mod light;
 mod reference;
 mod settings;
+mod view_record;
 
 pub use reference::ReferenceRecord;
 pub(crate) use reference::reference_records;
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
+pub use view_record::ViewRecord;
 
 use crate::error::EvaluationError;
 use random_stream::Random;
 use scenes::{LightView, Scene, load_scene};
 use shadow_filtering::{DepthMap, FilteringError, Kernel, Receiver};
-use shadow_renderer::{Backend, LightFrame, RenderError, ShadowMapStack, render_in_frame, render_stack};
+use shadow_renderer::{Backend, LightFrame, RenderError, ShadowMapStack, render_in_frame, render_view};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -22,6 +25,8 @@ pub(crate) enum Source {
     /// A stack that was rendered before; its one view is called `stack`.
     Stack(ShadowMapStack),
 }
+
+type RenderedView<'a> = (Cow<'a, ShadowMapStack>, f64, Option<LightFrame>);
 
 /// A scene with its label and the views that are wanted.
 pub(crate) struct LoadedScene<'a> {
@@ -35,14 +40,14 @@ pub(crate) struct Lit<'a> {
     pub(crate) stack: Cow<'a, ShadowMapStack>,
     pub(crate) map: DepthMap,
     pub(crate) texel_depth: f64,
-    /// Side of a texel in the scene's units, the larger of both; `None` for a stack, which does not tell.
-    pub(crate) texel_side: Option<f64>,
+    /// From the world to the map; unknown for a stack that was rendered before.
+    pub(crate) frame: Option<LightFrame>,
     /// All fragments: light-facing entries whose kernel lies inside the map. Never empty.
     pub(crate) receivers: Vec<Receiver>,
 }
 
 impl LoadedScene<'_> {
-    /// Reads all scenes. Without names of views, all views of a scene are wanted.
+    /// Reads all scenes. Without names of views, all views of a scene are wanted whose light has no extent.
     pub(crate) fn load_all<'a>(
         labels: &'a [String],
         views: &[String],
@@ -53,7 +58,10 @@ impl LoadedScene<'_> {
                 reason: format!("scene `{label}`: {reason}"),
             })?;
             let known: Vec<String> = lights.iter().map(|light| light.name.clone()).collect();
-            lights.retain(|light| views.is_empty() || views.contains(&light.name));
+            lights.retain(|view| match views {
+                [] => !view.light.has_extent(),
+                named => named.contains(&view.name),
+            });
             if lights.is_empty() {
                 let reason = format!("views = {views:?} match none of {} of `{label}`", known.join(", "));
                 return Err(EvaluationError::Key { key: "views".to_owned(), reason });
@@ -73,7 +81,7 @@ impl LoadedScene<'_> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
         };
-        let (stack, texel_depth, texel_side) =
+        let (stack, texel_depth, frame) =
             self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
         let (width, height) = (stack.width as usize, stack.height as usize);
         let map = depth_map(&stack).map_err(|error| fail(error.to_string()))?;
@@ -87,7 +95,7 @@ impl LoadedScene<'_> {
             );
             return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
         }
-        Ok(Lit { stack, map, texel_depth, texel_side, receivers })
+        Ok(Lit { stack, map, texel_depth, frame, receivers })
     }
 }
 
@@ -115,7 +123,7 @@ impl LoadedScene<'_> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
         };
-        let whole = LightFrame::fit(scene, light.direction, size, size).map_err(|e| fail(e.to_string()))?;
+        let whole = LightFrame::of_view(scene, light, size, size).map_err(|e| fail(e.to_string()))?;
         let scale = f64::from(divisor);
         let frame = LightFrame {
             texels_per_unit: whole.texels_per_unit.map(|texels| texels / scale),
@@ -146,7 +154,7 @@ impl Source {
         if is_stack(label) {
             let stack = ShadowMapStack::load(path).map_err(|error| error.to_string())?;
             // A stack's depth grows along its own axis.
-            let view = LightView { name: "stack".to_owned(), direction: [0.0, 0.0, 1.0] };
+            let view = LightView::directional("stack", [0.0, 0.0, 1.0]);
             return Ok((Self::Stack(stack), vec![view]));
         }
         let scene = load_scene(label).map_err(|error| error.to_string())?;
@@ -154,17 +162,12 @@ impl Source {
         Ok((Self::Scene(scene), views))
     }
 
-    /// The stack of a view, with the view's texel depth and, where it is known, the side of a texel.
-    fn stack(
-        &self,
-        light: &LightView,
-        size: u32,
-    ) -> Result<(Cow<'_, ShadowMapStack>, f64, Option<f64>), RenderError> {
+    /// The stack of a view, with the view's texel depth and frame.
+    fn stack(&self, light: &LightView, size: u32) -> Result<RenderedView<'_>, RenderError> {
         match self {
             Self::Scene(scene) => {
-                let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;
-                let [x, y] = report.frame.texels_per_unit;
-                Ok((Cow::Owned(stack), texel_depth(&report.frame), Some(1.0 / x.min(y))))
+                let (stack, report) = render_view(scene, light, size, size, Backend::Cpu)?;
+                Ok((Cow::Owned(stack), texel_depth(&report.frame), Some(report.frame)))
             }
             Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack), None)),
         }
@@ -180,10 +183,13 @@ fn median_gradient(stack: &ShadowMapStack) -> f64 {
     lengths.get(lengths.len() / 2).copied().unwrap_or_default()
 }
 
-/// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own.
+/// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own. Under a local
+/// light texels grow with the distance; the one in the middle counts.
 fn texel_depth(frame: &LightFrame) -> f64 {
     let [x, y] = frame.texels_per_unit;
-    1.0 / ((x * y).sqrt() * frame.depth_range)
+    let side = 1.0 / (x * y).sqrt();
+    let growth = frame.eye.map_or(1.0, |_| (frame.near + 0.5 * frame.depth_range) / frame.near);
+    growth * side / frame.depth_range
 }
 
 fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {

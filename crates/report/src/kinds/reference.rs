@@ -1,21 +1,19 @@
 //! At which depth bias F is computed, and what another one does: the level of every error hangs on it.
 
-use super::rows::{distinct, rows_if_there};
-use crate::error::ReportError;
+use super::rows::distinct;
 use crate::page::{Block, Table, Text, in_percent};
-use evaluation::{DepthBias, ReferenceRecord, RunDirectory};
+use evaluation::{DepthBias, ReferenceRecord};
 
 /// The reference of a run.
-pub(crate) struct ReferenceLevel {
+pub(crate) struct ReferenceLevel<'a> {
     bias: DepthBias,
-    /// Empty in runs before it was recorded.
-    records: Vec<ReferenceRecord>,
+    records: &'a [ReferenceRecord],
 }
 
-impl ReferenceLevel {
-    /// Of a run whose F is computed at this bias.
-    pub(crate) fn read(run: &RunDirectory, bias: DepthBias) -> Result<Self, ReportError> {
-        Ok(Self { bias, records: rows_if_there(run, "reference.csv")? })
+impl<'a> ReferenceLevel<'a> {
+    /// Of a run whose F is computed at this bias; without rows in runs before they were recorded.
+    pub(crate) fn new(bias: DepthBias, records: &'a [ReferenceRecord]) -> Self {
+        Self { bias, records }
     }
 
     /// A sentence about errors with the bias that they are against, and the mean of F at others.

@@ -6,7 +6,7 @@ use std::time::Instant;
 use graphics_device::{DeviceError, GraphicsDevice};
 use wgpu::BufferUsages as Usage;
 
-use super::kernel::Kernel;
+use super::compute_shader::ComputeShader;
 use super::work_items::{GpuTriangle, Item, gpu_triangles, items, most_fragments};
 use super::{FRAGMENTS, SCAN, SORT};
 use crate::stack::assemble::{Band, Key};
@@ -51,12 +51,12 @@ pub(super) const KERNELS: [(&str, &str); 6] = [
 /// The A-buffer's shaders, compiled.
 pub(crate) struct ABuffer {
     gpu: &'static GraphicsDevice,
-    count: Kernel,
-    scatter: Kernel,
-    scan_blocks: Kernel,
-    scan_sums: Kernel,
-    add_sums: Kernel,
-    sort: Kernel,
+    count: ComputeShader,
+    scatter: ComputeShader,
+    scan_blocks: ComputeShader,
+    scan_sums: ComputeShader,
+    add_sums: ComputeShader,
+    sort: ComputeShader,
 }
 
 impl ABuffer {
@@ -72,7 +72,7 @@ impl ABuffer {
 
     fn new(gpu: &'static GraphicsDevice) -> Result<Self, DeviceError> {
         let [count, scatter, scan_blocks, scan_sums, add_sums, sort] =
-            KERNELS.map(|(source, name)| Kernel::new(gpu, source, name));
+            KERNELS.map(|(source, name)| ComputeShader::new(gpu, source, name));
         Ok(Self {
             gpu,
             count: count?,
@@ -105,6 +105,7 @@ struct Chunk {
     end: usize,
     triangles: wgpu::Buffer,
     mask_planes: wgpu::Buffer,
+    weights: wgpu::Buffer,
 }
 
 /// Rectangles of one chunk on the device.
@@ -138,12 +139,13 @@ impl<'a> Extraction<'a> {
         let all = prepared.triangles.len();
         let chunks = (0..all).step_by(sizes.triangles).map(|first| {
             let end = all.min(first + sizes.triangles);
-            let (triangles, planes) = gpu_triangles(prepared, first..end);
+            let (triangles, planes, weights) = gpu_triangles(prepared, first..end);
             Chunk {
                 first,
                 end,
                 triangles: gpu.buffer_of("triangles", &triangles, Usage::STORAGE),
                 mask_planes: gpu.buffer_of("mask planes", &planes, Usage::STORAGE),
+                weights: gpu.buffer_of("weights", &weights, Usage::STORAGE),
             }
         });
         let chunks = chunks.collect();
@@ -251,7 +253,9 @@ impl<'a> Extraction<'a> {
             }
             for part in list.chunks(self.sizes.items) {
                 let count = part.len() as u32;
-                let params = [self.prepared.width, rows.start, count, chunk.first as u32];
+                let in_perspective = u32::from(!self.prepared.weights.is_empty());
+                let params =
+                    [self.prepared.width, rows.start, count, chunk.first as u32, in_perspective, 0, 0, 0];
                 batches.push(Batch {
                     chunk,
                     items: self.shaders.gpu.buffer_of("items", part, Usage::STORAGE),
@@ -267,7 +271,7 @@ impl<'a> Extraction<'a> {
     fn visit(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        kernel: &Kernel,
+        kernel: &ComputeShader,
         batches: &[Batch<'_>],
         counters: &wgpu::Buffer,
         keys: &wgpu::Buffer,
@@ -281,6 +285,7 @@ impl<'a> Extraction<'a> {
                 ("mask_bits", &self.mask_bits),
                 ("counters", counters),
                 ("keys", keys),
+                ("weights", &batch.chunk.weights),
             ];
             self.dispatch(encoder, kernel, &buffers, kernel.groups_of([batch.count, 1]))?;
         }
@@ -290,7 +295,7 @@ impl<'a> Extraction<'a> {
     fn dispatch(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        kernel: &Kernel,
+        kernel: &ComputeShader,
         buffers: &[(&str, &wgpu::Buffer)],
         groups: [u32; 2],
     ) -> Result<(), DeviceError> {

@@ -5,8 +5,8 @@ use scenes::Scene;
 use wgpu::BufferUsages as Usage;
 
 use super::READ_DEPTHS;
+use super::compute_shader::ComputeShader;
 use super::geometry::{LightPass, MaskBuffers};
-use super::kernel::Kernel;
 use crate::stack::fixed_point::Masks;
 use crate::{BINDING_BYTES, LightFrame, RenderError};
 
@@ -58,9 +58,12 @@ impl DepthMap {
     ///
     /// # Errors
     /// [`RenderError::Gpu`] without adapter or where it fails or lacks memory; [`RenderError::MapSize`],
-    /// [`RenderError::Scene`] as for stacks.
+    /// [`RenderError::Scene`] as for stacks; [`RenderError::Perspective`] for the frame of a local light.
     pub fn render(scene: &Scene, frame: &LightFrame, sampling: Sampling) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
+        if frame.eye.is_some() {
+            return Err(RenderError::Perspective);
+        }
         scene.check()?;
         let masks = Masks::new(scene)?;
         let gpu = GraphicsDevice::shared()?;
@@ -82,7 +85,7 @@ fn render(
         Sampling::Supersample8 => (1, &SUPERSAMPLE_8),
     };
     let light = LightPass::new(gpu, scene, (masks, &MaskBuffers::upload(gpu, masks)), frame, per_pass)?;
-    let reader = Kernel::new(gpu, READ_DEPTHS, READERS[usize::from(per_pass > 1)])?;
+    let reader = ComputeShader::new(gpu, READ_DEPTHS, READERS[usize::from(per_pass > 1)])?;
 
     let samples = per_pass * offsets.len() as u32;
     let mut depths = vec![0.0; width as usize * height as usize * samples as usize];
@@ -108,7 +111,7 @@ fn render(
 /// The depths of some rows; `rows` is width, first row, number of rows and samples a texel.
 fn read_rows(
     gpu: &GraphicsDevice,
-    reader: &Kernel,
+    reader: &ComputeShader,
     view: &wgpu::TextureView,
     rows: [u32; 4],
 ) -> Result<Vec<f32>, DeviceError> {

@@ -19,6 +19,6 @@ mod view;
 
 pub use maps::map_name;
 pub use records::{
-    AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PairRecord, PictureRecord, ViewRecord,
+    AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PairRecord, PictureRecord,
 };
 pub use settings::{FilterableExperiment, FilterableTechnique, FilterableTiming, MapSettings, Picture};

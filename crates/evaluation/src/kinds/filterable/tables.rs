@@ -3,12 +3,12 @@
 use super::pairs;
 use super::picture;
 use super::plan::FilterablePlan;
-use super::records::{AgreementRecord, FilterableRecord, FilterableSample, PairRecord, ViewRecord};
+use super::records::{AgreementRecord, FilterableRecord, FilterableSample, PairRecord};
 use super::settings::FilterableTechnique;
 use super::statistics::{Group, Outcome, record};
 use super::view::CLASSES;
 use crate::error::EvaluationError;
-use crate::fragments::ReferenceRecord;
+use crate::fragments::{ReferenceRecord, ViewRecord};
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::shards;

@@ -51,7 +51,10 @@ impl<'a> SpeedPlan<'a> {
         Ok(Self {
             experiment,
             candidates: candidates
-                .map(|(i, setting)| Candidate::new(setting, experiment.seed, &format!("technique[{i}]")))
+                .map(|(i, setting)| {
+                    let named = (setting.name.as_str(), &setting.method);
+                    Candidate::new(named, experiment.scenery.seed, &format!("technique[{i}]"))
+                })
                 .collect::<Result<_, _>>()?,
             kernels: divided.collect::<Result<_, _>>()?,
             kernel: experiment.scenery.filter()?,
@@ -75,15 +78,20 @@ impl<'a> SpeedPlan<'a> {
                     );
                     return Err(EvaluationError::Key { key: "size".to_owned(), reason });
                 }
-                let maps = experiment.divisors.iter().map(|&divisor| match divisor {
-                    1 => Ok(Some(lit.map.clone())),
-                    _ => scene.divided_map(light, experiment.scenery.size, divisor),
+                let maps = experiment.divisors.iter().map(|&divisor| {
+                    if divisor == 1 {
+                        return Ok(Some(lit.map.clone()));
+                    }
+                    scene.divided_map(light, experiment.scenery.size, divisor)
                 });
                 views.push(SceneView {
                     scene: scene.label.to_owned(),
                     view: light.name.clone(),
                     texel_depth: lit.texel_depth,
-                    texel_side: lit.texel_side,
+                    texel_side: lit.frame.as_ref().map(|frame| {
+                        let [x, y] = frame.texels_per_unit;
+                        1.0 / x.min(y)
+                    }),
                     layers: lit.stack.layer_statistics().max,
                     maps: maps.collect::<Result<_, EvaluationError>>()?,
                     map: lit.map,
@@ -175,13 +183,14 @@ impl<'a> SpeedPlan<'a> {
                 let mut last: Option<(&FreeParameters, [f32; 2])> = None;
                 for (sums, variant) in sums.iter_mut().zip(variants) {
                     // The bounds of the variant before serve for all its blends.
-                    let pair = match last {
-                        Some((before, pair)) if before.shares_bounds(variant) => pair,
-                        _ => {
+                    let shared = last.filter(|(before, _)| before.shares_bounds(variant));
+                    let pair = shared.map_or_else(
+                        || {
                             let z = variant.bias.compared(&own, view.texel_depth * scale, limit);
                             candidate.bounds(&moments, variant.index, z as f32)
-                        }
-                    };
+                        },
+                        |(_, pair)| pair,
+                    );
                     last = Some((variant, pair));
                     sums.push(variant.blend.apply(pair) - truth, truth);
                 }

@@ -49,7 +49,7 @@ fn distances(tables: &FilterableTables<'_>) -> Measured<String> {
         percent(trigonometric, 2),
         percent(power, 2),
         power / trigonometric,
-        tables.reference.at()
+        tables.level().at()
     ))
 }
 

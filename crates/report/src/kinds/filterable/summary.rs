@@ -1,26 +1,27 @@
 //! What the records of a `filterable` experiment say, in numbers.
 
-use crate::error::ReportError;
 use crate::kinds::reference::ReferenceLevel;
-use crate::kinds::rows::rows_if_there;
+use crate::kinds::rows::tables;
 use crate::page::{Text, percent};
 use evaluation::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample, NOTHING,
-    PairRecord, PictureRecord, RunDirectory, ViewRecord, with_role,
+    PairRecord, PictureRecord, ReferenceRecord, ViewRecord, with_role,
 };
 
-/// The recorded tables of a run, with its experiment.
-pub(crate) struct FilterableTables<'a> {
-    pub(crate) experiment: &'a FilterableExperiment,
-    pub(crate) records: Vec<FilterableRecord>,
-    pub(crate) views: Vec<ViewRecord>,
-    pub(crate) samples: Vec<FilterableSample>,
-    pub(crate) agreement: Vec<AgreementRecord>,
-    pub(crate) kernels: Vec<PictureRecord>,
-    pub(crate) curves: Vec<CurveRecord>,
-    /// Empty in runs before they were recorded.
-    pub(crate) pairs: Vec<PairRecord>,
-    pub(crate) reference: ReferenceLevel,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    FilterableTables<'a> of FilterableExperiment {
+        records: FilterableRecord,
+        views: ViewRecord,
+        samples: FilterableSample,
+    }
+    some_runs {
+        agreement: AgreementRecord,
+        kernels: PictureRecord,
+        curves: CurveRecord,
+        pairs: PairRecord,
+        reference: ReferenceRecord,
+    }
 }
 
 /// A difference of less than so many standard errors is none.
@@ -49,24 +50,11 @@ pub(crate) struct Agreement {
 }
 
 impl<'a> FilterableTables<'a> {
-    pub(crate) fn read(
-        run: &RunDirectory,
-        experiment: &'a FilterableExperiment,
-    ) -> Result<Self, ReportError> {
+    /// The reference that errors are against.
+    pub(crate) fn level(&self) -> ReferenceLevel<'_> {
         // Settings without a bias are refused.
-        let first = experiment.bias.first().copied().unwrap_or_default();
-        let pictures = !experiment.picture.is_empty();
-        Ok(Self {
-            experiment,
-            records: run.rows("records.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-            agreement: rows_if_there(run, "agreement.csv")?,
-            pairs: rows_if_there(run, "pairs.csv")?,
-            reference: ReferenceLevel::read(run, first.reference)?,
-            kernels: if pictures { run.rows("kernels.csv")? } else { Vec::new() },
-            curves: if pictures { run.rows("curves.csv")? } else { Vec::new() },
-        })
+        let first = self.experiment.bias.first().copied().unwrap_or_default();
+        ReferenceLevel::new(first.reference, &self.reference)
     }
 
     /// The row of a group.
@@ -162,7 +150,7 @@ impl<'a> FilterableTables<'a> {
         } else if over_references.is_some() {
             sentences.extend(over_references);
         } else {
-            sentences.extend(headline.map(|headline| self.reference.before(&headline)));
+            sentences.extend(headline.map(|headline| self.level().before(&headline)));
         }
         // Means over other fragments have no place in this order.
         let most = pooled.iter().map(|r| r.fragments).max().unwrap_or_default();
@@ -172,7 +160,7 @@ impl<'a> FilterableTables<'a> {
              {}.",
             self.order(&placed)
         );
-        sentences.push(if tells_bias { order } else { self.reference.before(&order) });
+        sentences.push(if tells_bias { order } else { self.level().before(&order) });
         sentences.extend(few.into_iter().map(|r| self.beside(r, &placed)));
         if self.experiment.bias.len() > 1 {
             let mut best: Vec<&FilterableRecord> =

@@ -1,43 +1,38 @@
 //! What the records of a quantisation experiment say, in numbers.
 
-use crate::error::ReportError;
 use crate::kinds::reference::ReferenceLevel;
+use crate::kinds::rows::tables;
 use crate::page::{Text, in_percent};
 use evaluation::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, NOTHING,
-    QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, RunDirectory,
+    QuantizationExperiment, QuantizationRecord, ReferenceRecord, ViewRecord,
 };
 use moment_problem::Basis;
 
-/// The recorded tables of a run.
-pub(crate) struct QuantizationTables {
-    pub(crate) records: Vec<QuantizationRecord>,
-    pub(crate) gains: Vec<GainRecord>,
-    pub(crate) biases: Vec<BiasRecord>,
-    pub(crate) comparisons: Vec<ComparisonRecord>,
-    pub(crate) hull: Vec<HullRecord>,
-    pub(crate) codes: Vec<CodeRecord>,
-    pub(crate) views: Vec<QuantizationViewRecord>,
-    pub(crate) samples: Vec<GainSample>,
-    pub(crate) reference: ReferenceLevel,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    QuantizationTables<'a> of QuantizationExperiment {
+        records: QuantizationRecord,
+        gains: GainRecord,
+        biases: BiasRecord,
+        comparison: ComparisonRecord,
+        hull: HullRecord,
+        codes: CodeRecord,
+        views: ViewRecord,
+        samples: GainSample,
+    }
+    some_runs {
+        reference: ReferenceRecord,
+    }
 }
 
 /// A difference of less than so many standard errors is none.
 const CERTAIN: f64 = 3.0;
 
-impl QuantizationTables {
-    pub(crate) fn read(run: &RunDirectory, experiment: &QuantizationExperiment) -> Result<Self, ReportError> {
-        Ok(Self {
-            reference: ReferenceLevel::read(run, experiment.bias.reference)?,
-            records: run.rows("records.csv")?,
-            gains: run.rows("gains.csv")?,
-            biases: run.rows("biases.csv")?,
-            comparisons: run.rows("comparison.csv")?,
-            hull: run.rows("hull.csv")?,
-            codes: run.rows("codes.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-        })
+impl QuantizationTables<'_> {
+    /// The reference that errors are against.
+    pub(crate) fn level(&self) -> ReferenceLevel<'_> {
+        ReferenceLevel::new(self.experiment.bias.reference, &self.reference)
     }
 
     /// Error of a bound whose moments are not quantised.
@@ -109,7 +104,7 @@ impl QuantizationTables {
                     valid.alpha_999
                 )
             };
-            sentences.push(self.reference.before(&format!(
+            sentences.push(self.level().before(&format!(
                 "four moments err by {} %; with sixteen bits each and MSM15's transform by {}, without a transform by {}.",
                 percent(exact),
                 pair(theta),
@@ -121,7 +116,7 @@ impl QuantizationTables {
             }
         }
         for c in
-            self.comparisons.iter().filter(|c| c.bound == "Hamburger 6" && c.transform.starts_with("ours"))
+            self.comparison.iter().filter(|c| c.bound == "Hamburger 6" && c.transform.starts_with("ours"))
         {
             let verdict = if c.difference.abs() < CERTAIN * c.standard_error {
                 "buys nothing that this sample could show"

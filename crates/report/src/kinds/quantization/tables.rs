@@ -1,19 +1,19 @@
 //! The tables of a quantisation experiment, each with a note on how to read it.
 
 use super::summary::{QuantizationTables, percent};
-use crate::kinds::rows::distinct;
-use crate::page::{Block, Table, Text, code, in_percent, row};
+use crate::kinds::rows::{distinct, views};
+use crate::page::{Block, Table, Text, code, row};
 use evaluation::{BiasRecord, ComparisonRecord, NOTHING};
 
-pub(crate) fn blocks(tables: &QuantizationTables) -> Vec<Block> {
+pub(crate) fn blocks(tables: &QuantizationTables<'_>) -> Vec<Block> {
     [
         gains(tables),
         errors(tables),
         comparisons(tables),
         circulation(tables),
         targets(tables),
-        views(tables),
-        tables.reference.blocks(2),
+        views(2, &tables.views),
+        tables.level().blocks(2),
     ]
     .concat()
 }
@@ -23,7 +23,7 @@ fn alpha(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
 }
 
-fn gains(tables: &QuantizationTables) -> Vec<Block> {
+fn gains(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let overshoot = |(min, max): (f64, f64)| format!("{:.0e}", (-min).max(max - 1.0).max(0.0));
     let table = Table::of(&tables.gains)
         .left("basis", |g| code(&g.basis))
@@ -43,7 +43,7 @@ fn gains(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "Gains", table, Some(note))
 }
 
-fn errors(tables: &QuantizationTables) -> Vec<Block> {
+fn errors(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let bits = |b: &BiasRecord| {
         let of = tables.records.iter().find(|r| {
             (&r.bound, &r.transform, &r.format, &r.kernel) == (&b.bound, &b.transform, &b.format, &b.kernel)
@@ -100,7 +100,7 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "Error by format", table, Some(note))
 }
 
-fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
+fn comparisons(tables: &QuantizationTables<'_>) -> Vec<Block> {
     // The least error among transforms that keep nearly all vectors valid.
     let valid = |c: &ComparisonRecord, transform: &str| {
         let same = |b: &&BiasRecord| {
@@ -111,7 +111,7 @@ fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
     };
     let difference =
         |c: &ComparisonRecord| format!("{:+.4} ± {:.4}", 100.0 * c.difference, 100.0 * c.standard_error);
-    let table = Table::of(&tables.comparisons)
+    let table = Table::of(&tables.comparison)
         .left("bound", |c| &c.bound)
         .right("format", |c| &c.format)
         .right("transform", |c| &c.transform)
@@ -132,7 +132,7 @@ fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "What a transform buys", table, Some(note))
 }
 
-fn circulation(tables: &QuantizationTables) -> Vec<Block> {
+fn circulation(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let rows = tables.biases.iter().filter_map(|b| {
         let circulated = (b.circulated_alpha?, b.circulated_failure_share?, b.circulated_l1_error?);
         Some((b, circulated, tables.most_valid(b)?))
@@ -157,7 +157,7 @@ fn circulation(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "Biases in circulation", table, Some(note))
 }
 
-fn targets(tables: &QuantizationTables) -> Vec<Block> {
+fn targets(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let short = |word: &str| word.parse::<f64>().map_or(word.to_owned(), |v| format!("{v:.4}"));
     let pair = |word: &str| word.split(':').map(short).collect::<Vec<_>>().join(":");
     let numbers = |text: &str| text.split(' ').map(pair).collect::<Vec<_>>().join(" ");
@@ -172,13 +172,4 @@ fn targets(tables: &QuantizationTables) -> Vec<Block> {
         "At the alpha that 99 % of the stored vectors need, for a sample of kernels before storage.",
     );
     Block::section(2, "The b* that raises det B fastest", table, Some(note))
-}
-
-fn views(tables: &QuantizationTables) -> Vec<Block> {
-    let table = Table::of(&tables.views)
-        .left("view", |v| format!("{} {}", v.scene, v.view))
-        .right("fragments", |v| v.fragments)
-        .right("evaluated", |v| v.sampled)
-        .right("mean F, %", |v| in_percent(v.mean_reference, 1));
-    Block::section(2, "Views", table, None)
 }

@@ -1,28 +1,30 @@
 //! What the records of a candidate search say, in numbers.
 
-use crate::error::ReportError;
 use crate::kinds::reference::ReferenceLevel;
-use crate::kinds::rows::distinct;
+use crate::kinds::rows::{distinct, tables};
 use crate::page::{Text, in_percent, percent};
 use evaluation::{
-    MarkRecord, RunDirectory, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
-    SearchSample, SearchViewRecord, StageRecord, with_role,
+    MarkRecord, ReferenceRecord, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
+    SearchSample, StageRecord, ViewRecord, with_role,
 };
 
 /// Names of the marked candidates in the family's order.
 pub(super) const POWER_4: &str = "z, z^2, z^3, z^4";
 pub(super) const TRIGONOMETRIC_4: &str = "sin(2pi z), cos(2pi z), sin(4pi z), cos(4pi z)";
 
-/// The recorded tables of a run, with its experiment.
-pub(crate) struct SearchTables<'a> {
-    pub(crate) experiment: &'a SearchExperiment,
-    pub(crate) records: Vec<SearchRecord>,
-    pub(crate) stages: Vec<StageRecord>,
-    pub(crate) marks: Vec<MarkRecord>,
-    pub(crate) views: Vec<SearchViewRecord>,
-    pub(crate) agreement: Vec<SearchAgreementRecord>,
-    pub(crate) samples: Vec<SearchSample>,
-    pub(crate) reference: ReferenceLevel,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    SearchTables<'a> of SearchExperiment {
+        records: SearchRecord,
+        stages: StageRecord,
+        marks: MarkRecord,
+        views: ViewRecord,
+        agreement: SearchAgreementRecord,
+        samples: SearchSample,
+    }
+    some_runs {
+        reference: ReferenceRecord,
+    }
 }
 
 /// A point of reference in the histogram.
@@ -41,21 +43,13 @@ pub(crate) struct Speed {
 }
 
 impl<'a> SearchTables<'a> {
-    pub(crate) fn read(run: &RunDirectory, experiment: &'a SearchExperiment) -> Result<Self, ReportError> {
-        let bias = match experiment.reference {
-            SearchReference::Plain => experiment.bias.technique,
-            SearchReference::Plane => experiment.bias.reference,
+    /// The reference that errors are against.
+    pub(crate) fn level(&self) -> ReferenceLevel<'_> {
+        let bias = match self.experiment.reference {
+            SearchReference::Plain => self.experiment.bias.technique,
+            SearchReference::Plane => self.experiment.bias.reference,
         };
-        Ok(Self {
-            experiment,
-            reference: ReferenceLevel::read(run, bias)?,
-            records: run.rows("records.csv")?,
-            stages: run.rows("stages.csv")?,
-            marks: run.rows("marks.csv")?,
-            views: run.rows("views.csv")?,
-            agreement: run.rows("agreement.csv")?,
-            samples: run.rows("samples.csv")?,
-        })
+        ReferenceLevel::new(bias, &self.reference)
     }
 
     /// Sizes of candidates, ascending.
@@ -139,7 +133,7 @@ impl<'a> SearchTables<'a> {
                 ),
             };
             let with = format!(" with {}.", self.error(best));
-            sentences.push(Text::from(self.reference.before(&found)).code(&best.basis).and(with));
+            sentences.push(Text::from(self.level().before(&found)).code(&best.basis).and(with));
         }
         for (name, record) in [("trigonometric", self.trigonometric()), ("power", self.power())] {
             if let Some(record) = record {

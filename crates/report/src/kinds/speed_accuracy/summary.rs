@@ -1,26 +1,26 @@
 //! What the records of a `speed-accuracy` experiment say, in numbers.
 
-use crate::error::ReportError;
 use crate::kinds::reference::ReferenceLevel;
-use crate::kinds::rows::{distinct, rows_if_there};
+use crate::kinds::rows::{distinct, tables};
 use crate::page::{Measured, Text, median_of, percent, player};
 use evaluation::{
-    FrameSample, GpuRecord, NOTHING, OrderShare, RunDirectory, SpeedAccuracyExperiment, SpeedAccuracyRecord,
-    SpeedSample, SpeedViewRecord,
+    FrameSample, GpuRecord, NOTHING, OrderShare, ReferenceRecord, SpeedAccuracyExperiment,
+    SpeedAccuracyRecord, SpeedSample, ViewRecord,
 };
 
-/// The recorded tables of a run, with its experiment.
-pub(crate) struct SpeedTables<'a> {
-    pub(crate) experiment: &'a SpeedAccuracyExperiment,
-    pub(crate) records: Vec<SpeedAccuracyRecord>,
-    pub(crate) orders: Vec<OrderShare>,
-    pub(crate) views: Vec<SpeedViewRecord>,
-    pub(crate) samples: Vec<SpeedSample>,
-    /// Where frames were asked for.
-    pub(crate) gpu: Option<GpuRecord>,
-    /// Empty without a graphics processor.
-    pub(crate) frames: Vec<FrameSample>,
-    pub(crate) reference: ReferenceLevel,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    SpeedTables<'a> of SpeedAccuracyExperiment {
+        records: SpeedAccuracyRecord,
+        orders: OrderShare,
+        views: ViewRecord,
+        samples: SpeedSample,
+    }
+    some_runs {
+        gpu: GpuRecord,
+        frames: FrameSample,
+        reference: ReferenceRecord,
+    }
 }
 
 /// Nanoseconds an item over the rounds.
@@ -32,24 +32,9 @@ pub(crate) struct Time {
 }
 
 impl<'a> SpeedTables<'a> {
-    pub(crate) fn read(
-        run: &RunDirectory,
-        experiment: &'a SpeedAccuracyExperiment,
-    ) -> Result<Self, ReportError> {
-        let gpu = match experiment.frames {
-            Some(_) => run.rows("gpu.csv")?.into_iter().next(),
-            None => None,
-        };
-        Ok(Self {
-            experiment,
-            gpu,
-            reference: ReferenceLevel::read(run, experiment.reference)?,
-            frames: rows_if_there(run, "frames.csv")?,
-            records: run.rows("records.csv")?,
-            orders: run.rows("orders.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-        })
+    /// The reference that errors are against.
+    pub(crate) fn level(&self) -> ReferenceLevel<'_> {
+        ReferenceLevel::new(self.experiment.reference, &self.reference)
     }
 
     /// Every technique, format and size with its best biases, over all fragments.
@@ -233,7 +218,7 @@ impl<'a> SpeedTables<'a> {
             ));
         }
         if let Some(first) = sentences.first_mut() {
-            *first = self.reference.before(first);
+            *first = self.level().before(first);
         }
         // The other tolerances are in the tables.
         let kinds = self.need_kinds();

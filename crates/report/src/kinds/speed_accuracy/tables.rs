@@ -13,7 +13,7 @@ pub(crate) fn blocks(tables: &SpeedTables<'_>) -> Vec<Block> {
         times(tables),
         tables.gpu_blocks(),
         needs(tables),
-        tables.reference.blocks(3),
+        tables.level().blocks(3),
     ]
     .concat()
 }
