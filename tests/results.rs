@@ -4,6 +4,7 @@
 
 use evaluation::RunDirectory;
 use report::Page;
+use std::collections::{BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 fn folders(path: &Path) -> Vec<PathBuf> {
@@ -82,4 +83,85 @@ fn a_renamed_technique_keeps_its_claims_and_a_lost_role_is_seen() {
     assert_eq!(lost.lines().count(), before.lines().count());
     assert!(lost.contains("not measured by this run: nobody has the role `VSM`"), "{lost}");
     assert!(!before.contains("not measured"), "{before}");
+}
+
+/// The rows of a table of the newest recorded run of an experiment, by column.
+fn recorded(experiment: &str, table: &str) -> Vec<HashMap<String, String>> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("results").join(experiment);
+    let mut reader = csv::Reader::from_path(folders(&root).last().unwrap().join(table)).unwrap();
+    reader.deserialize().map(Result::unwrap).collect()
+}
+
+fn count(row: &HashMap<String, String>, column: &str) -> usize {
+    row[column].parse().unwrap()
+}
+
+/// README and docs say "no", "every" and "never" about these numbers.
+#[test]
+fn statements_without_exception_hold_in_the_records() {
+    // docs/stability.md: no form of ours gives NaN or a value outside [0, 1]; in double precision each holds its bound at the
+    // recommended bias on these inputs, and breaks it somewhere without a bias.
+    let rows = recorded("stability", "records.csv");
+    let ours = |row: &&HashMap<String, String>| {
+        ["textbook", "MSM15", "GDC16"].iter().all(|published| !row["method"].contains(published))
+    };
+    assert!(rows.iter().filter(ours).count() > 100);
+    for row in rows.iter().filter(ours) {
+        assert_eq!((count(row, "not_finite"), count(row, "outside")), (0, 0), "{row:?}");
+    }
+    let double: Vec<&HashMap<String, String>> =
+        rows.iter().filter(ours).filter(|row| row["method"].ends_with(", f64")).collect();
+    let methods: BTreeSet<&str> = double.iter().map(|row| row["method"].as_str()).collect();
+    assert_eq!(methods.len(), 6, "{methods:?}");
+    for method in methods {
+        let broken = |wanted: &dyn Fn(&HashMap<String, String>) -> bool| {
+            let of = double.iter().filter(|row| row["method"] == method && wanted(row));
+            of.map(|row| count(row, "violated")).sum::<usize>()
+        };
+        assert_eq!(broken(&|row| row["recommended"] == "true"), 0, "{method}");
+        assert!(broken(&|row| row["alpha"].parse() == Ok(0.0)) > 0, "{method}");
+    }
+    // docs/filterable.md: lower bounds cannot exceed PCF of the same depth, so that by the leak none is ahead of it.
+    for experiment in ["filterable", "depth-bias", "lp-agreement"] {
+        let rows = recorded(experiment, "records.csv");
+        let bounds: Vec<_> = rows.iter().filter(|row| !row["unbiased_violations"].is_empty()).collect();
+        assert!(!bounds.is_empty());
+        for row in bounds {
+            assert_eq!(count(row, "unbiased_violations"), 0, "{row:?}");
+            assert!(row["leak"].parse::<f64>().unwrap() > -1e-6, "{row:?}");
+        }
+    }
+    // docs/candidate-search.md: no program remained without a certificate.
+    assert!(recorded("candidate-search", "stages.csv").iter().all(|row| count(row, "uncertified") == 0));
+}
+
+/// The recorded comparison, in which the technique that was evaluated on few fragments has the least mean of all.
+#[test]
+fn few_fragments_make_no_winner() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = recorded("filterable", "records.csv");
+    let pooled: Vec<_> = rows
+        .iter()
+        .filter(|row| {
+            ["scene", "view", "class"].iter().all(|column| row[*column] == "all") && row["bias"] == "0"
+        })
+        .collect();
+    let few = pooled.iter().min_by_key(|row| count(row, "fragments")).unwrap();
+    let most = pooled.iter().map(|row| count(row, "fragments")).max().unwrap();
+    assert!(10 * count(few, "fragments") < most, "{few:?}");
+    let name = few["technique"].as_str();
+    let easy = |text: &str| {
+        let cell = format!("{},{},", few["fragments"], few["l1_error"]);
+        text.replace(&cell, &format!("{},0.0001,", few["fragments"]))
+    };
+    let page = changed(folder.path(), easy);
+    let page = page.files().into_iter().find(|file| file.name == "README.md").unwrap();
+    let text = String::from_utf8(page.bytes).unwrap();
+    let answer = text.lines().find(|line| line.starts_with("**Answer.**")).unwrap();
+    assert!(answer.contains(&format!("{name} errs by 0.01 %")), "{answer}");
+    let order = answer.split("In order of mean").nth(1).unwrap().split(". ").next().unwrap();
+    assert!(!order.contains(name) && order.contains("always lit"), "{order}");
+    assert!(answer.contains("that it shares with"), "{answer}");
+    let closest = answer.split("In order of mean").next().unwrap();
+    assert!(closest.contains("Against F at a depth bias of 1 texel") && !closest.contains(name), "{closest}");
 }

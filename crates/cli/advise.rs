@@ -15,6 +15,9 @@ pub(crate) struct Arguments {
     /// Largest mean distance from percentage-closer filtering that is accepted, between 0 and 1.
     #[arg(long, default_value_t = 0.02, allow_negative_numbers = true)]
     tolerance: f64,
+    /// Largest error that is accepted relative to that of calling every fragment lit, between 0 and 1.
+    #[arg(long, default_value_t = 0.5, allow_negative_numbers = true)]
+    relative: f64,
     /// View of the scene; repeatable. Without it all of them count alike, fragment by fragment.
     #[arg(long = "view", value_name = "NAME")]
     views: Vec<String>,
@@ -42,6 +45,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         scene: &arguments.scene,
         views: &arguments.views,
         tolerance: arguments.tolerance,
+        relative: arguments.relative,
         size: arguments.size,
         seed: arguments.seed,
         candidates: arguments.candidates.as_deref(),
@@ -51,32 +55,65 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     bar.finish();
     arguments.output.emit(&advice, |out| write_advice(out, &advice))?;
     if advice.recommendation.is_none() {
-        let best = advice.next_better.as_ref().map(describe).unwrap_or_default();
-        return Err(Failure::Input(anyhow!(
-            "tolerance {}: nothing meets it on `{}`; the best is {best}",
-            advice.tolerance,
-            advice.scene
-        )));
+        return Err(Failure::Input(refusal(&advice)));
     }
     Ok(())
+}
+
+/// Why nothing is recommended.
+fn refusal(advice: &Advice) -> anyhow::Error {
+    let Advice { scene, nothing, tolerance, relative, .. } = advice;
+    let map = map(advice);
+    let Some(best) = advice.next_better.as_ref().map(describe) else {
+        return anyhow!(
+            "nothing on `{scene}` is in shadow on {map}: all {} fragments are lit, and no technique does better than \
+             no shadows at all",
+            advice.fragments
+        );
+    };
+    anyhow!(
+        "tolerance {tolerance} and {relative} of doing nothing, which errs by {}: nothing meets it on `{scene}` on \
+         {map}; the best is {best}",
+        fraction(nothing.l1_error)
+    )
+}
+
+/// Four digits behind the point, or two digits of what these do not show.
+fn fraction(value: f64) -> String {
+    /// Ten units of the last digit behind the point.
+    const SMALL: f64 = 1e-3;
+    if value == 0.0 || value >= SMALL { format!("{value:.4}") } else { format!("{value:.1e}") }
+}
+
+/// The reference's map, with the size of what it can show.
+fn map(advice: &Advice) -> String {
+    let size = advice.reference_size;
+    let texel = advice.nothing.texel_side.map(|side| format!(" with texels of {side:.3} units"));
+    format!("a {size}x{size} map{}", texel.unwrap_or_default())
 }
 
 fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
     writeln!(
         out,
-        "{}, {} view{}, {} fragments; reference: PCF on a {size}x{size} map, tolerance {}",
+        "{}, {} view{}, {} fragments, {:.3} % of them in shadow; reference: PCF on {}, tolerance {}",
         advice.scene,
         advice.views.len(),
         if advice.views.len() == 1 { "" } else { "s" },
         advice.fragments,
+        100.0 * advice.nothing.shadowed_share,
+        map(advice),
         advice.tolerance,
-        size = advice.reference_size,
     )?;
     writeln!(out)?;
-    writeln!(out, "                 error   interval           cost    map")?;
+    writeln!(out, "                 error   interval           relative   cost    map")?;
+    let nothing = fraction(advice.nothing.l1_error);
+    writeln!(
+        out,
+        "do nothing     {nothing:>7}   {nothing:>6} to {nothing:>6}      1.000   0.000    0.00 MiB  every fragment is lit"
+    )?;
     let sought = advice.recommendation.is_some();
     for (title, choice, none) in [
-        ("use", &advice.recommendation, "none meets the tolerance"),
+        ("use", &advice.recommendation, "none meets the tolerance and is clearly better than doing nothing"),
         ("next cheaper", &advice.next_cheaper, if sought { "none is cheaper" } else { "not sought" }),
         ("next better", &advice.next_better, "none of the costlier ones erred less"),
     ] {
@@ -91,6 +128,19 @@ fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
         "error: mean distance from PCF, lower is better; all intervals hold with probability {}",
         advice.confidence
     )?;
+    if let (Some(used), Some(better)) = (&advice.recommendation, &advice.next_better)
+        && better.l1_error_high >= used.l1_error_low
+    {
+        writeln!(
+            out,
+            "next better: by the fragments seen; its interval and that of the recommended one overlap"
+        )?;
+    }
+    writeln!(
+        out,
+        "relative: error over that of doing nothing, which ground in the light does not dilute; at most {} is recommended",
+        advice.relative
+    )?;
     writeln!(out, "cost: modelled memory traffic and arithmetic of a frame, VSM in f32 at full size is 1")?;
     writeln!(
         out,
@@ -104,10 +154,11 @@ fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
 fn write_choice(out: &mut dyn Write, title: &str, choice: &Choice) -> io::Result<()> {
     writeln!(
         out,
-        "{title:<14} {:>7.4}   {:.4} to {:.4}  {:>6.3}  {:>6.2} MiB  {}",
-        choice.l1_error,
-        choice.l1_error_low,
-        choice.l1_error_high,
+        "{title:<14} {:>7}   {:>6} to {:>6}   {:>8.3}  {:>6.3}  {:>6.2} MiB  {}",
+        fraction(choice.l1_error),
+        fraction(choice.l1_error_low),
+        fraction(choice.l1_error_high),
+        choice.relative_error,
         choice.cost,
         choice.map_bytes as f64 / f64::from(1 << 20),
         name(choice),
@@ -137,11 +188,12 @@ fn name(choice: &Choice) -> String {
 /// For one line.
 fn describe(choice: &Choice) -> String {
     format!(
-        "{} with {:.4} ({:.4} to {:.4})",
+        "{} with {} ({} to {}), {:.2} of doing nothing",
         name(choice),
-        choice.l1_error,
-        choice.l1_error_low,
-        choice.l1_error_high
+        fraction(choice.l1_error),
+        fraction(choice.l1_error_low),
+        fraction(choice.l1_error_high),
+        choice.relative_error
     )
 }
 

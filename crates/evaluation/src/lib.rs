@@ -18,14 +18,14 @@ mod statistics;
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
 pub use experiment::{Alphas, Experiment, Prediction, Scale};
-pub use fragments::{SceneSettings, ViewRecord};
+pub use fragments::{ReferenceRecord, SceneSettings, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
 };
 pub use kinds::filterable::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
-    FilterableTechnique, FilterableTiming, MapSettings, Picture, PictureRecord, map_name,
+    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, map_name,
 };
 pub use kinds::quantization::{
     BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
@@ -37,7 +37,7 @@ pub use kinds::search::{
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare,
+    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, Nothing, OrderSetting, OrderShare,
     PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
@@ -52,6 +52,7 @@ pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use shards::Shard;
+pub use statistics::NOTHING;
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

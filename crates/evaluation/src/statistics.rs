@@ -59,8 +59,16 @@ pub(crate) fn joined(parts: impl Iterator<Item = (Mean, usize)> + Clone) -> Mean
     })
 }
 
-/// Sums of the errors of fragments.
-#[derive(Clone, Copy, Debug, Default)]
+/// Name of doing nothing, G = 0, in all tables: what errs about as much should not be used.
+pub const NOTHING: &str = "always lit";
+
+/// Sums of the errors of fragments, beside those of doing nothing.
+///
+/// Doing nothing is to call every fragment lit, G = 0; it errs by F. The relative error is the sum of |G - F| over that of F.
+/// Fragments that F and G both leave in the light over their whole kernel add to neither sum, so that it is the ratio over
+/// shadows, penumbras and leaks alone, however far the ground goes on. The denominator does not depend on the technique: 1 is
+/// as bad as no shadows at all, and above 1 a technique does harm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Sums {
     pub(crate) count: usize,
     /// Of |G - F|.
@@ -69,15 +77,25 @@ pub(crate) struct Sums {
     pub(crate) square: f64,
     /// Of G - F.
     pub(crate) signed: f64,
+    /// Of F.
+    reference: f64,
+    /// Of F^2.
+    reference_square: f64,
+    /// Of |G - F| F.
+    product: f64,
 }
 
 impl Sums {
-    pub(crate) fn push(&mut self, error: f32) {
-        let error = f64::from(error);
+    /// One more fragment, with G - F and F.
+    pub(crate) fn push(&mut self, error: f32, reference: f32) {
+        let (error, reference) = (f64::from(error), f64::from(reference));
         self.count += 1;
         self.magnitude += error.abs();
         self.square += error * error;
         self.signed += error;
+        self.reference += reference;
+        self.reference_square += reference * reference;
+        self.product += error.abs() * reference;
     }
 
     pub(crate) fn add(&mut self, other: &Self) {
@@ -85,6 +103,9 @@ impl Sums {
         self.magnitude += other.magnitude;
         self.square += other.square;
         self.signed += other.signed;
+        self.reference += other.reference;
+        self.reference_square += other.reference_square;
+        self.product += other.product;
     }
 
     /// Mean of |G - F|; 0 for no fragments.
@@ -95,6 +116,25 @@ impl Sums {
     /// Standard deviation of |G - F|.
     pub(crate) fn deviation(&self) -> f64 {
         (self.square / self.count.max(1) as f64 - self.mean().powi(2)).max(0.0).sqrt()
+    }
+
+    /// Standard error of the mean of |G - F| of a sample.
+    pub(crate) fn standard_error(&self) -> f64 {
+        self.deviation() / (self.count.max(1) as f64).sqrt()
+    }
+
+    /// Sum of |G - F| over the sum of F; `None` where nothing is in shadow, and doing nothing is right.
+    pub(crate) fn relative_error(&self) -> Option<f64> {
+        (self.reference > 0.0).then(|| self.magnitude / self.reference)
+    }
+
+    /// Standard error of the relative error R of a sample: to first order that of the mean of |G - F| - R F, over the mean
+    /// of F.
+    pub(crate) fn relative_standard_error(&self) -> Option<f64> {
+        let ratio = self.relative_error()?;
+        // The mean of |G - F| - R F is 0.
+        let squares = self.square - 2.0 * ratio * self.product + ratio * ratio * self.reference_square;
+        Some(squares.max(0.0).sqrt() / self.reference)
     }
 }
 
@@ -150,6 +190,68 @@ mod tests {
         let mean = joined([(part(1.0, 0.4), 1), (part(2.0, 0.1), 3)].into_iter());
         assert!((mean.value - 1.75).abs() < 1e-15);
         assert!((mean.variance - (0.4 / 16.0 + 0.1 * 9.0 / 16.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn ground_in_the_light_changes_the_mean_and_not_the_relative_error() {
+        let shadow = [(-0.25, 1.0), (0.125, 0.5), (0.0, 1.0), (-0.5, 0.5)];
+        let on_ground = |lit: usize| {
+            let mut sums = Sums::default();
+            shadow.into_iter().chain(std::iter::repeat_n((0.0, 0.0), lit)).for_each(|(e, f)| sums.push(e, f));
+            sums
+        };
+        let (small, large) = (on_ground(0), on_ground(1_000_000));
+        assert_eq!(small.relative_error(), Some(0.875 / 3.0));
+        assert_eq!(large.relative_error(), small.relative_error());
+        assert!(large.mean() < 1e-5 * small.mean());
+        // Its standard error does not shrink with the ground either.
+        let error = small.relative_standard_error().unwrap();
+        assert!((large.relative_standard_error().unwrap() - error).abs() < 1e-12 && error > 0.05);
+        // False shadows in the light are counted.
+        let mut leaking = small;
+        leaking.push(0.5, 0.0);
+        assert_eq!(leaking.relative_error(), Some(1.375 / 3.0));
+        // Doing nothing is its own measure, and without shadows there is none.
+        let mut nothing = Sums::default();
+        shadow.into_iter().for_each(|(_, f)| nothing.push(-f, f));
+        assert_eq!((nothing.relative_error(), nothing.relative_standard_error()), (Some(1.0), Some(0.0)));
+        assert_eq!(Sums::default().relative_error(), None);
+    }
+
+    #[test]
+    fn the_standard_error_of_a_ratio_is_what_samples_scatter_by() {
+        let random = &mut random_stream::Random::substream(5, 0, 0);
+        let mut fragment = || {
+            let reference = if random.unit() < 0.5 { 0.0 } else { random.unit() };
+            (0.3 * reference * random.unit() + 0.02 * random.unit(), reference)
+        };
+        let ratios: Vec<(f64, f64)> = (0..2000)
+            .map(|_| {
+                let mut sums = Sums::default();
+                for _ in 0..400 {
+                    let (error, reference) = fragment();
+                    sums.push(error as f32, reference as f32);
+                }
+                (sums.relative_error().unwrap(), sums.relative_standard_error().unwrap())
+            })
+            .collect();
+        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| ratios.iter().map(of).sum::<f64>() / ratios.len() as f64;
+        let centre = mean(&|r| r.0);
+        let (scatter, predicted) = (mean(&|r| (r.0 - centre).powi(2)).sqrt(), mean(&|r| r.1));
+        assert!((scatter / predicted - 1.0).abs() < 0.1, "{scatter} {predicted}");
+    }
+
+    #[test]
+    fn sums_of_parts_are_the_sum() {
+        let (mut whole, mut parts) = (Sums::default(), [Sums::default(); 2]);
+        for i in 0..100u8 {
+            let (error, reference) = (f32::from(i % 7) / 8.0 - 0.25, f32::from(i % 5) / 4.0);
+            whole.push(error, reference);
+            parts[usize::from(i % 2)].push(error, reference);
+        }
+        let mut sum = parts[0];
+        sum.add(&parts[1]);
+        assert_eq!(sum, whole);
     }
 
     #[test]

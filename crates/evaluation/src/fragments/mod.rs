@@ -1,9 +1,12 @@
 //! From a scene to the fragments of its light views: what every kind of experiment on scenes starts from.
 
 pub(crate) mod light;
+mod reference;
 mod settings;
 mod view_record;
 
+pub use reference::ReferenceRecord;
+pub(crate) use reference::reference_records;
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
 pub use view_record::ViewRecord;

@@ -311,7 +311,7 @@ for (const explorer of document.querySelectorAll(".explorer")) {
   const svg = svgNode("svg", { viewBox: "0 0 800 420", role: "group", "aria-label": "error against modelled cost" });
   explorer.append(svg, output);
   const describe = (p) =>
-    `${p.technique}, ${p.format}, ${p.size}² map: error ${(100 * p.error).toFixed(2)} %, cost ${p.cost.toFixed(3)}, ${p.bits} bits a texel`;
+    `${p.technique}, ${p.format}, ${p.size}² map: error ${(100 * p.error).toFixed(2)} %${p.relative === null ? "" : ` (${p.relative.toFixed(3)} of no shadows at all)`}, cost ${p.cost.toFixed(3)}, ${p.bits} bits a texel`;
 
   function draw() {
     svg.replaceChildren();

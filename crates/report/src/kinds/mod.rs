@@ -3,6 +3,7 @@
 mod bounds;
 mod filterable;
 mod quantization;
+pub(crate) mod reference;
 pub(crate) mod rows;
 mod search;
 mod speed_accuracy;

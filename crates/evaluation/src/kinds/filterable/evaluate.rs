@@ -11,7 +11,7 @@ use super::timing;
 use super::view::{Sample, View};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
-use crate::fragments::{LoadedScene, spread};
+use crate::fragments::{LoadedScene, reference_records, spread};
 use crate::provenance::sha256;
 use crate::run::Recorded;
 use crate::shards::{self, Shard};
@@ -40,6 +40,7 @@ impl FilterablePlan<'_> {
                 let g = shader.estimate(&self.hard_shadow(view, bias), &receiver)?;
                 Ok(Outcome {
                     error: (g - truth.reference[bias][index]) as f32,
+                    reference: truth.reference[bias][index] as f32,
                     leak: (truth.plain[bias][index] - g) as f32,
                     violates,
                     class: class as u8,
@@ -48,13 +49,17 @@ impl FilterablePlan<'_> {
             (0..self.experiment.bias.len()).map(under).collect()
         };
         let results: Vec<Result<Vec<Outcome>, FilteringError>> = chosen.par_iter().map(one).collect();
-        let mut evaluated =
-            Evaluated { by_bias: vec![Vec::new(); self.experiment.bias.len()], error: String::new() };
+        let mut evaluated = Evaluated {
+            by_bias: vec![Vec::new(); self.experiment.bias.len()],
+            places: Vec::new(),
+            error: String::new(),
+        };
         let mut failed = 0;
         let mut reason = None;
-        for result in results {
+        for (result, &place) in results.into_iter().zip(&chosen) {
             match result {
                 Ok(outcomes) => {
+                    evaluated.places.push(place);
                     evaluated.by_bias.iter_mut().zip(outcomes).for_each(|(list, outcome)| list.push(outcome));
                 }
                 Err(error) => {
@@ -70,6 +75,26 @@ impl FilterablePlan<'_> {
     }
 }
 
+/// Doing nothing on the samples of a view: G = 0, whatever the bias of techniques.
+fn nothing(view: &View, truth: &Truth) -> Evaluated {
+    let under = |(reference, plain): (&Vec<f64>, &Vec<f64>)| {
+        let samples = view.samples.iter().zip(reference).zip(plain);
+        let one = |((sample, &f), &plain): ((&Sample, &f64), &f64)| Outcome {
+            error: -f as f32,
+            reference: f as f32,
+            leak: plain as f32,
+            violates: false,
+            class: sample.class as u8,
+        };
+        samples.map(one).collect()
+    };
+    Evaluated {
+        by_bias: truth.reference.iter().zip(&truth.plain).map(under).collect(),
+        places: (0..view.samples.len()).collect(),
+        error: String::new(),
+    }
+}
+
 /// PCF of the samples of a view: F by bias, F_Z at the techniques' depths by bias, F_Z at z_f.
 struct Truth {
     reference: Vec<Vec<f64>>,
@@ -77,9 +102,13 @@ struct Truth {
     unbiased: Vec<f64>,
 }
 
+fn receivers(view: &View) -> Vec<Receiver> {
+    view.samples.iter().map(|sample| sample.receiver).collect()
+}
+
 impl Truth {
     fn new(plan: &FilterablePlan<'_>, view: &View) -> Self {
-        let receivers: Vec<Receiver> = view.samples.iter().map(|sample| sample.receiver).collect();
+        let receivers = receivers(view);
         let biases = 0..plan.experiment.bias.len();
         let bounded = |bias: usize| {
             receivers.par_iter().map(|receiver| plan.hard_shadow(view, bias).bounded(receiver)).collect()
@@ -108,13 +137,20 @@ impl FilterablePlan<'_> {
             evaluated.push(self.evaluate(technique, &view, &truth)?);
             progress();
         }
+        evaluated.push(nothing(&view, &truth));
         let mut pictures = picture::Tables::default();
         let agreement = agreement::compare(self, &view)?;
         let files = maps::draw(self, &view)?;
         picture::draw(self, &view, &mut pictures)?;
         let samples = if number == 0 { timing::time(self, &view)? } else { Vec::new() };
+        let own = self.experiment.bias[0].reference;
+        let reference = reference_records((&view.scene, &view.name), own, |bias| {
+            let mut application = self.hard_shadow(&view, 0);
+            application.bias.reference = bias;
+            truths(&application, &receivers(&view))
+        });
         let (is_complete, view) = (view.is_complete(), view.record(&truth.reference[0]));
-        Ok(Finding { view, is_complete, evaluated, agreement, files, pictures, samples })
+        Ok(Finding { view, reference, is_complete, evaluated, agreement, files, pictures, samples })
     }
 }
 

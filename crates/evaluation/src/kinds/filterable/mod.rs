@@ -7,6 +7,7 @@
 mod agreement;
 mod evaluate;
 mod maps;
+mod pairs;
 mod picture;
 mod plan;
 mod records;
@@ -17,5 +18,7 @@ mod timing;
 mod view;
 
 pub use maps::map_name;
-pub use records::{AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PictureRecord};
+pub use records::{
+    AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PairRecord, PictureRecord,
+};
 pub use settings::{FilterableExperiment, FilterableTechnique, FilterableTiming, MapSettings, Picture};

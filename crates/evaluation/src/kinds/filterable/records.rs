@@ -32,6 +32,13 @@ pub struct FilterableRecord {
     pub share_above: f64,
     /// Standard error of `l1_error`; empty where all fragments were evaluated.
     pub standard_error: Option<f64>,
+    /// Sum of |G - F| over the sum of F, which is what doing nothing errs by: ground in the light does not dilute it. Empty
+    /// where nothing is in shadow, and in runs before it was recorded.
+    #[serde(default)]
+    pub relative_error: Option<f64>,
+    /// Its standard error; empty where all fragments were evaluated.
+    #[serde(default)]
+    pub relative_standard_error: Option<f64>,
     /// Mean of F_Z(z) - G(z) at the depth z that the technique compares, without a receiver plane: what the
     /// technique itself loses, whatever the bias.
     pub leak: f64,
@@ -41,6 +48,21 @@ pub struct FilterableRecord {
     pub bits_per_texel: usize,
     /// Why fragments failed, or empty. Failed fragments are left out.
     pub error: String,
+}
+
+/// One row of pairs.csv: two techniques under the first bias, on the fragments that both were evaluated on.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct PairRecord {
+    /// Technique.
+    pub technique: String,
+    /// The one it is compared with.
+    pub other: String,
+    /// Fragments that both have.
+    pub fragments: usize,
+    /// Mean of |G - F| of the first minus that of the other.
+    pub difference: f64,
+    /// Its standard error; empty where both were evaluated on all fragments.
+    pub standard_error: Option<f64>,
 }
 
 /// One row of samples.csv: a timing on one thread.

@@ -1,21 +1,27 @@
 //! What is kept of the views, and the rows that they are pooled into.
 
+use super::pairs;
 use super::picture;
 use super::plan::FilterablePlan;
-use super::records::{AgreementRecord, FilterableRecord, FilterableSample};
+use super::records::{AgreementRecord, FilterableRecord, FilterableSample, PairRecord};
+use super::settings::FilterableTechnique;
 use super::statistics::{Group, Outcome, record};
 use super::view::CLASSES;
 use crate::error::EvaluationError;
-use crate::fragments::ViewRecord;
+use crate::fragments::{ReferenceRecord, ViewRecord};
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::shards;
+use crate::statistics::NOTHING;
+use applications::ShadowMethod;
 use serde::{Deserialize, Serialize};
 
 /// Outcomes of one technique on one view, by bias.
 #[derive(Clone, Deserialize, Serialize)]
 pub(super) struct Evaluated {
     pub(super) by_bias: Vec<Vec<Outcome>>,
+    /// Which of the view's samples these are, ascending.
+    pub(super) places: Vec<usize>,
     pub(super) error: String,
 }
 
@@ -23,8 +29,9 @@ pub(super) struct Evaluated {
 #[derive(Clone, Deserialize, Serialize)]
 pub(super) struct Finding {
     pub(super) view: ViewRecord,
+    pub(super) reference: Vec<ReferenceRecord>,
     pub(super) is_complete: bool,
-    /// By technique.
+    /// By technique; the last is doing nothing.
     pub(super) evaluated: Vec<Evaluated>,
     pub(super) agreement: Vec<AgreementRecord>,
     pub(super) files: Vec<RecordedFile>,
@@ -52,8 +59,9 @@ impl shards::Finding for Finding {
 #[derive(Default)]
 pub(super) struct Tables {
     views: Vec<ViewRecord>,
+    reference: Vec<ReferenceRecord>,
     complete: Vec<bool>,
-    /// By technique and view.
+    /// By technique and view; the last technique is doing nothing.
     evaluated: Vec<Vec<Evaluated>>,
     agreement: Vec<AgreementRecord>,
     files: Vec<RecordedFile>,
@@ -67,6 +75,7 @@ impl Tables {
         let mut tables = Self::default();
         for finding in findings {
             tables.views.push(finding.view);
+            tables.reference.extend(finding.reference);
             tables.complete.push(finding.is_complete);
             tables.evaluated.resize_with(finding.evaluated.len(), Vec::new);
             tables.evaluated.iter_mut().zip(finding.evaluated).for_each(|(list, one)| list.push(one));
@@ -84,10 +93,13 @@ impl Tables {
         let trials = records.len() + self.agreement.len();
         let failed = records.iter().filter(|record| !record.error.is_empty()).count()
             + self.agreement.iter().filter(|record| record.failed > 0).count();
+        let pairs = self.pairs(plan);
         let mut files = self.files;
         files.extend([
             RecordedFile::csv("records.csv", &records)?,
+            RecordedFile::csv("pairs.csv", &pairs)?,
             RecordedFile::csv("views.csv", &self.views)?,
+            RecordedFile::csv("reference.csv", &self.reference)?,
             RecordedFile::csv("samples.csv", &self.samples)?,
         ]);
         if !self.agreement.is_empty() {
@@ -100,6 +112,16 @@ impl Tables {
         Ok(Recorded { files, trials, failed, complete: true })
     }
 
+    /// Every technique against every other, on the fragments that both have. Doing nothing is not among them: it is what
+    /// relative errors compare with.
+    fn pairs(&self, plan: &FilterablePlan<'_>) -> Vec<PairRecord> {
+        let complete = self.complete.iter().all(|&complete| complete);
+        let of = |technique: &'_ FilterableTechnique| complete && !technique.is_certified();
+        let techniques = plan.experiment.technique.iter();
+        let named: Vec<(&str, bool)> = techniques.map(|one| (one.name.as_str(), of(one))).collect();
+        pairs::compared(&named, &self.evaluated)
+    }
+
     /// Rows per view, per scene and pooled, the latter two by class too; for all biases but the first only the pooled row.
     fn records(&self, plan: &FilterablePlan<'_>) -> Vec<FilterableRecord> {
         let mut scenes: Vec<&str> = Vec::new();
@@ -110,7 +132,10 @@ impl Tables {
         }
         let mut records = Vec::new();
         for bias in 0..plan.experiment.bias.len() {
-            for (technique, settings) in plan.experiment.technique.iter().enumerate() {
+            for technique in 0..=plan.experiment.technique.len() {
+                let settings = plan.experiment.technique.get(technique);
+                let method = plan.methods.get(technique);
+                let is_certified = settings.is_some_and(FilterableTechnique::is_certified);
                 let mut push = |scene: &str, name: &str, views: Vec<usize>, class: Option<usize>| {
                     let evaluated = || views.iter().map(|&view| &self.evaluated[technique][view]);
                     let outcomes: Vec<&[Outcome]> = evaluated().map(|e| e.by_bias[bias].as_slice()).collect();
@@ -118,12 +143,12 @@ impl Tables {
                     let group = Group {
                         scene,
                         view: name,
-                        technique: &settings.name,
+                        technique: settings.map_or(NOTHING, |settings| &settings.name),
                         bias,
                         class,
-                        sampled: settings.is_certified() || !views.iter().all(|&view| self.complete[view]),
-                        is_bound: plan.methods[technique].is_bound(),
-                        bits_per_texel: plan.methods[technique].bits_per_texel(),
+                        sampled: is_certified || !views.iter().all(|&view| self.complete[view]),
+                        is_bound: method.is_some_and(ShadowMethod::is_bound),
+                        bits_per_texel: method.map_or(0, ShadowMethod::bits_per_texel),
                     };
                     records.push(record(&group, &outcomes, error.unwrap_or_default()));
                 };

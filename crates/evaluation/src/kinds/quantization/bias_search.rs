@@ -6,8 +6,7 @@ use super::stored_technique::StoredTechnique;
 use super::workload::StoredView;
 use crate::error::EvaluationError;
 use crate::fragments::spread;
-use crate::statistics::percentile;
-use crate::statistics::rounded;
+use crate::statistics::{NOTHING, Sums, percentile, rounded};
 use moment_problem::Basis;
 use quantization::bias::{Target, fastest, smallest_alpha};
 use quantization::{DepthInterval, MomentMatrix};
@@ -48,11 +47,12 @@ pub(crate) struct Best {
     pub(crate) errors: Vec<f32>,
 }
 
-/// Means over all fragments at one bias.
+/// All fragments at one bias.
+#[derive(Default)]
 struct Means {
+    sums: Sums,
+    /// Mean of |G - F|.
     l1: f64,
-    standard_error: f64,
-    signed: f64,
     change: f64,
     excess: f64,
 }
@@ -73,18 +73,14 @@ impl<'a> Fragments<'a> {
 
     fn means(&self, exact: &[f32], intensities: &[f32]) -> Means {
         let n = intensities.len().max(1) as f64;
-        let mut means = Means { l1: 0.0, standard_error: 0.0, signed: 0.0, change: 0.0, excess: 0.0 };
-        let mut square = 0.0;
+        let mut means = Means::default();
         for (i, &g) in intensities.iter().enumerate() {
             let g = f64::from(g);
-            let error = g - self.reference[i];
-            means.l1 += error.abs() / n;
-            means.signed += error / n;
-            square += error * error / n;
+            means.sums.push((g - self.reference[i]) as f32, self.reference[i] as f32);
             means.change += (g - f64::from(exact[i])).abs() / n;
             means.excess += f64::from(u8::from(g > self.plain[i] + VISIBLE)) / n;
         }
-        means.standard_error = ((square - means.l1 * means.l1).max(0.0) / n).sqrt();
+        means.l1 = means.sums.mean();
         means
     }
 
@@ -193,7 +189,7 @@ pub(crate) fn evaluate(
             role: role.to_owned(),
             alpha: significant(alpha),
             failure_share: Some(rounded(failing(alpha))),
-            ..filled(variant, means, needed.len())
+            ..filled(variant, means)
         };
         let scale = experiment.alphas.values();
         let steps: Vec<Means> = scale.iter().map(|&alpha| means(alpha)).collect();
@@ -286,19 +282,46 @@ pub(crate) fn exact(
         target: "exact".to_owned(),
         role: "best".to_owned(),
         alpha: bound.double_precision_bias(),
-        ..filled(variant, &means, intensities.len())
+        ..filled(variant, &means)
     };
     Ok((intensities, record))
 }
 
+/// Doing nothing, G = 0: every fragment is lit, and nothing is stored.
+pub(crate) fn nothing(kernel: &str, fragments: &Fragments<'_>) -> QuantizationRecord {
+    let dark = vec![0.0; fragments.depths.len()];
+    let Means { sums, l1, .. } = fragments.means(&dark, &dark);
+    let none = || "none".to_owned();
+    QuantizationRecord {
+        bound: NOTHING.to_owned(),
+        transform: none(),
+        range: none(),
+        format: none(),
+        kernel: kernel.to_owned(),
+        bits_per_texel: 0,
+        target: none(),
+        role: "nothing".to_owned(),
+        alpha: 0.0,
+        fragments: sums.count,
+        l1_error: rounded(l1),
+        standard_error: rounded(sums.standard_error()),
+        relative_error: sums.relative_error().map(rounded),
+        relative_standard_error: sums.relative_standard_error().map(rounded),
+        signed_mean: rounded(-l1),
+        change: 0.0,
+        excess_share: 0.0,
+        failure_share: None,
+        error: String::new(),
+    }
+}
+
 /// What is recorded of a way to store moments that cannot be evaluated: a row with the reason.
 pub(crate) fn failed(variant: &StoredTechnique, reason: &EvaluationError) -> Evaluated {
-    let means = Means { l1: 0.0, standard_error: 0.0, signed: 0.0, change: 0.0, excess: 0.0 };
-    let record = QuantizationRecord { error: reason.to_string(), ..filled(variant, &means, 0) };
+    let record = QuantizationRecord { error: reason.to_string(), ..filled(variant, &Means::default()) };
     Evaluated { records: vec![record], biases: Vec::new(), texels: Vec::new(), best: None }
 }
 
-fn filled(variant: &StoredTechnique, means: &Means, fragments: usize) -> QuantizationRecord {
+fn filled(variant: &StoredTechnique, means: &Means) -> QuantizationRecord {
     QuantizationRecord {
         bound: variant.bound_name().to_owned(),
         transform: variant.transform.clone(),
@@ -309,10 +332,12 @@ fn filled(variant: &StoredTechnique, means: &Means, fragments: usize) -> Quantiz
         target: String::new(),
         role: String::new(),
         alpha: 0.0,
-        fragments,
+        fragments: means.sums.count,
         l1_error: rounded(means.l1),
-        standard_error: rounded(means.standard_error),
-        signed_mean: rounded(means.signed),
+        standard_error: rounded(means.sums.standard_error()),
+        relative_error: means.sums.relative_error().map(rounded),
+        relative_standard_error: means.sums.relative_standard_error().map(rounded),
+        signed_mean: rounded(means.sums.signed / means.sums.count.max(1) as f64),
         change: rounded(means.change),
         excess_share: rounded(means.excess),
         failure_share: None,

@@ -20,7 +20,7 @@ pub struct QuantizationRecord {
     /// Where b* comes from; `exact` for unquantised moments with the least bias that double precision needs.
     pub target: String,
     /// `step` of the scale of biases, `best` (least `l1_error`), `valid` (least alpha for which 99.9 % of the vectors are
-    /// valid) or `circulated`.
+    /// valid), `circulated`, or `nothing` where every fragment is called lit.
     pub role: String,
     /// The moment bias.
     pub alpha: f64,
@@ -30,6 +30,13 @@ pub struct QuantizationRecord {
     pub l1_error: f64,
     /// Standard error of `l1_error`.
     pub standard_error: f64,
+    /// Sum of |G - F| over the sum of F, which is what doing nothing errs by. Empty where nothing is in shadow, and in runs
+    /// before it was recorded.
+    #[serde(default)]
+    pub relative_error: Option<f64>,
+    /// Its standard error.
+    #[serde(default)]
+    pub relative_standard_error: Option<f64>,
     /// Mean of G - F.
     pub signed_mean: f64,
     /// Mean distance of G from the same bound without quantisation: the noise that storage adds, and what the bias

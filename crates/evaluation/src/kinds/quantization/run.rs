@@ -1,6 +1,6 @@
 //! From an experiment to its tables.
 
-use super::bias_search::{Best, Evaluated, Fragments, evaluate, exact, failed};
+use super::bias_search::{Best, Evaluated, Fragments, evaluate, exact, failed, nothing};
 use super::gains;
 use super::geometry;
 use super::records::{ComparisonRecord, QuantizationRecord};
@@ -37,6 +37,7 @@ impl QuantizationExperiment {
             let known = by_kernel.iter().position(|(name, _)| *name == variant.kernel_name);
             let place = known.unwrap_or_else(|| {
                 let fragments = Fragments::new(&views, &variant.kernel);
+                tables.records.push(nothing(&variant.kernel_name, &fragments));
                 by_kernel.push((variant.kernel_name.clone(), fragments));
                 by_kernel.len() - 1
             });
@@ -52,6 +53,10 @@ impl QuantizationExperiment {
                 first = last;
             }
         }
+        let references = match variants.first() {
+            Some(first) => views.iter().flat_map(|view| view.reference_records(&first.kernel)).collect(),
+            None => Vec::new(),
+        };
         let comparisons = tables.comparisons(self, &variants, &views);
         let errors = gains.iter().map(|gain| &gain.error).chain(tables.records.iter().map(|row| &row.error));
         let failed = errors.filter(|error| !error.is_empty()).count();
@@ -64,6 +69,7 @@ impl QuantizationExperiment {
             RecordedFile::csv("hull.csv", &geometry::hull(self.hull_points)?)?,
             RecordedFile::csv("codes.csv", &tables.codes)?,
             RecordedFile::csv("views.csv", &view_rows)?,
+            RecordedFile::csv("reference.csv", &references)?,
             RecordedFile::csv("samples.csv", &samples)?,
         ];
         Ok(Recorded { files, trials, failed, complete: true })

@@ -2,7 +2,7 @@
 
 use super::settings::QuantizationExperiment;
 use crate::error::EvaluationError;
-use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};
+use crate::fragments::{Lit, LoadedScene, ReferenceRecord, ViewRecord, chosen, reference_records};
 use crate::statistics::rounded;
 use applications::{BiasSetting, HardShadow, truths};
 use rayon::prelude::*;
@@ -65,6 +65,15 @@ impl StoredView {
     /// F of all sampled fragments for one kernel.
     pub(crate) fn reference(&self, kernel: &Kernel) -> Vec<f64> {
         truths(&self.hard_shadow(kernel), &self.receivers)
+    }
+
+    /// The rows of reference.csv, for one kernel.
+    pub(crate) fn reference_records(&self, kernel: &Kernel) -> Vec<ReferenceRecord> {
+        reference_records((&self.scene, &self.view), self.bias.reference, |bias| {
+            let mut application = self.hard_shadow(kernel);
+            application.bias.reference = bias;
+            truths(&application, &self.receivers)
+        })
     }
 
     /// PCF of all sampled fragments at the depth that techniques compare, without a receiver plane.

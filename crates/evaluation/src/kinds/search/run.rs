@@ -65,6 +65,7 @@ impl SearchExperiment {
             RecordedFile::csv("stages.csv", &stages(sweep, known))?,
             RecordedFile::csv("marks.csv", &marks(sweep))?,
             RecordedFile::csv("views.csv", &sweep.workload.views)?,
+            RecordedFile::csv("reference.csv", &sweep.workload.references)?,
             RecordedFile::csv("agreement.csv", &agreement)?,
             RecordedFile::csv("samples.csv", &samples)?,
         ];

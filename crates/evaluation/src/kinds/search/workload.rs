@@ -2,9 +2,9 @@
 
 use super::settings::{SearchExperiment, SearchReference};
 use crate::error::EvaluationError;
-use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};
-use crate::statistics::Running;
-use applications::{Application, HardShadow};
+use crate::fragments::{Lit, LoadedScene, ReferenceRecord, ViewRecord, chosen, reference_records};
+use crate::statistics::{NOTHING, Running};
+use applications::{Application, BiasSetting, HardShadow, truths};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
@@ -31,6 +31,7 @@ pub(crate) struct Workload {
     pub(crate) blocks: Vec<Block>,
     pub(crate) views: Vec<ViewRecord>,
     pub(crate) marks: Vec<MarkErrors>,
+    pub(crate) references: Vec<ReferenceRecord>,
 }
 
 /// A part of the sample, itself spread over all views.
@@ -125,9 +126,11 @@ impl Workload {
             blocks: std::iter::repeat_with(Block::default).take(experiment.blocks).collect(),
             views: Vec::new(),
             marks: Vec::new(),
+            references: Vec::new(),
         };
-        builder.marks.extend(experiment.mark.iter().map(|mark| MarkErrors {
-            name: mark.name.clone(),
+        let named = experiment.mark.iter().map(|mark| mark.name.as_str());
+        builder.marks.extend(named.chain([NOTHING]).map(|name| MarkErrors {
+            name: name.to_owned(),
             exact: Vec::new(),
             moved: Vec::new(),
             difference: Vec::new(),
@@ -146,6 +149,7 @@ impl Workload {
             blocks: builder.blocks.into_iter().map(Block::sorted).collect(),
             views: builder.views,
             marks: builder.marks,
+            references: builder.references,
         })
     }
 
@@ -187,7 +191,9 @@ struct Builder<'a> {
     known: Vec<Known>,
     blocks: Vec<Block>,
     views: Vec<ViewRecord>,
+    /// The last is doing nothing.
     marks: Vec<MarkErrors>,
+    references: Vec<ReferenceRecord>,
 }
 
 impl Builder<'_> {
@@ -227,6 +233,9 @@ impl Builder<'_> {
                 self.insert(chunk * CHUNK + i, view, sampled);
             }
         }
+        let drawn: Vec<Receiver> = chosen.iter().map(|&index| receivers[index]).collect();
+        let references = self.reference_records((scene.label, &light.name), (&map, unit), &drawn);
+        self.references.extend(references);
         self.views.push(ViewRecord {
             scene: scene.label.to_owned(),
             view: light.name.clone(),
@@ -236,6 +245,28 @@ impl Builder<'_> {
             ..ViewRecord::default()
         });
         Ok(())
+    }
+
+    /// The rows of reference.csv of a view: F of the fragments drawn, with depths where they are.
+    fn reference_records(
+        &self,
+        place: (&str, &str),
+        (map, unit): (&DepthMap, f64),
+        receivers: &[Receiver],
+    ) -> Vec<ReferenceRecord> {
+        let Self { experiment, kernel, .. } = self;
+        let (bias, plane_limit) = (experiment.bias, experiment.scenery.plane_limit);
+        let application = HardShadow { map, kernel, texel_depth: unit, bias, plane_limit };
+        match experiment.reference {
+            SearchReference::Plain => reference_records(place, bias.technique, |technique| {
+                let biased = HardShadow { bias: BiasSetting { technique, ..bias }, ..application };
+                receivers.par_iter().map(|receiver| biased.bounded(receiver)).collect()
+            }),
+            SearchReference::Plane => reference_records(place, bias.reference, |reference| {
+                let biased = HardShadow { bias: BiasSetting { reference, ..bias }, ..application };
+                truths(&biased, receivers)
+            }),
+        }
     }
 
     fn prepare(
@@ -284,6 +315,7 @@ impl Builder<'_> {
             let g_moved = shade(&mut moved, grid)?;
             marks.push(((g - exact).abs(), (g_moved - reference).abs()));
         }
+        marks.push((exact, reference));
         Ok(Sampled { kernel, step: step as u16, mass_before, reference, marks })
     }
 

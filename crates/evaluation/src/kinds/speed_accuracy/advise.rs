@@ -25,6 +25,9 @@ pub struct AdviceOptions<'a> {
     pub views: &'a [String],
     /// Largest mean of |G - F| that is accepted, in (0, 1).
     pub tolerance: f64,
+    /// Largest share of what doing nothing errs by that is accepted, in (0, 1): a large ground in the light dilutes the
+    /// mean of |G - F|, and does not dilute this.
+    pub relative: f64,
     /// Side of the reference's map; without it the experiment's.
     pub size: Option<u32>,
     /// Seed of the shuffle.
@@ -64,6 +67,12 @@ pub struct Choice {
     pub l1_error_low: f64,
     /// Upper end.
     pub l1_error_high: f64,
+    /// `l1_error` over what doing nothing errs by.
+    pub relative_error: f64,
+    /// Lower end of its interval; what doing nothing errs by is known of all fragments.
+    pub relative_error_low: f64,
+    /// Upper end.
+    pub relative_error_high: f64,
     /// Fragments seen; with all of them the interval is a point.
     pub fragments: usize,
     /// Memory of a texel.
@@ -76,6 +85,18 @@ pub struct Choice {
     pub cost: f64,
 }
 
+/// Calling every fragment lit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Nothing {
+    /// What it errs by: the mean of F over all fragments.
+    pub l1_error: f64,
+    /// Share of the fragments with F > 0: the others are in the light over their whole kernel.
+    pub shadowed_share: f64,
+    /// Side of a texel of the reference's map in the scene's units, the largest of all views; `None` for a stack. Smaller
+    /// things cast no shadow on it.
+    pub texel_side: Option<f64>,
+}
+
 /// The answer.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Advice {
@@ -85,6 +106,10 @@ pub struct Advice {
     pub views: Vec<String>,
     /// The tolerance.
     pub tolerance: f64,
+    /// Largest accepted share of what doing nothing errs by.
+    pub relative: f64,
+    /// Doing nothing, for comparison: what is not clearly better is not recommended.
+    pub nothing: Nothing,
     /// Side of the reference's map.
     pub reference_size: u32,
     /// Fragments of all views.
@@ -95,9 +120,10 @@ pub struct Advice {
     pub candidates: usize,
     /// Share of the work of evaluating every technique, format and size on every fragment that was done.
     pub evaluated_share: f64,
-    /// The cheapest that meets the tolerance; `None` if none does.
+    /// The cheapest that meets the tolerance and errs no more than the accepted share of doing nothing; `None` if none
+    /// does, or if nothing is in shadow.
     pub recommendation: Option<Choice>,
-    /// Of the cheaper ones, which do not meet it, the most accurate.
+    /// Of the cheaper ones, which do not meet both, the most accurate.
     pub next_cheaper: Option<Choice>,
     /// The cheapest that errs at least a tenth less, or if there is none the most accurate that errs less at all; without
     /// a recommendation the most accurate of all. `None`: of the costlier ones none erred less.
@@ -127,12 +153,27 @@ impl Advice {
         if !(tolerance > 0.0 && tolerance < 1.0) {
             return Err(EvaluationError::Value(format!("tolerance {tolerance} is not between 0 and 1")));
         }
+        let relative = options.relative;
+        if !(relative > 0.0 && relative < 1.0) {
+            return Err(EvaluationError::Value(format!("relative {relative} is not between 0 and 1")));
+        }
         let experiment = experiment(options)?;
         let plan = SpeedPlan::new(&experiment)?;
         let views = plan.scenery()?;
         let mut race = Race::new(&plan, &views);
         let all = race.fragments() * race.arms.len();
-        let winner = race.run(tolerance, options.progress)?;
+        let sides = views.iter().filter_map(|view| view.texel_side);
+        let nothing = Nothing {
+            l1_error: race.nothing(),
+            shadowed_share: race.shadowed_share(),
+            texel_side: sides.reduce(f64::max),
+        };
+        // Where nothing is in shadow, doing nothing is right, and there is nothing to be recommended.
+        let is_lit = nothing.shadowed_share == 0.0;
+        let winner = match is_lit {
+            true => None,
+            false => race.run(tolerance.min(relative * nothing.l1_error), options.progress)?,
+        };
         let (recommendation, next_cheaper, next_better) = match winner {
             Some(winner) => {
                 race.extend(winner, SHOWN_FRAGMENTS)?;
@@ -143,15 +184,18 @@ impl Advice {
                 let better = better_than(&mut race, winner)?;
                 (Some(winner), cheaper, better)
             }
+            None if is_lit => (None, None, None),
             None => (None, None, settled(&mut race, |race| least_error(race, 0..race.arms.len()))?),
         };
-        let choice = |arm: Option<usize>| arm.map(|arm| choice(&plan, &race, arm));
+        let choice = |arm: Option<usize>| arm.map(|arm| choice(&plan, &race, arm, nothing.l1_error));
         let records: Vec<_> =
             views.iter().enumerate().map(|(number, view)| orders::needed(&plan, view, number)).collect();
         Ok(Self {
             scene: options.scene.to_owned(),
             views: views.iter().map(|view| view.view.clone()).collect(),
             tolerance,
+            relative,
+            nothing,
             reference_size: experiment.scenery.size,
             fragments: race.fragments(),
             confidence: CONFIDENCE,
@@ -225,7 +269,8 @@ fn least_error(race: &Race<'_>, arms: std::ops::Range<usize>) -> Option<usize> {
     arms.reduce(|a, b| if error(b) < error(a) { b } else { a })
 }
 
-fn choice(plan: &SpeedPlan<'_>, race: &Race<'_>, arm: usize) -> Choice {
+/// An arm as it is told; `nothing` is what doing nothing errs by, above 0.
+fn choice(plan: &SpeedPlan<'_>, race: &Race<'_>, arm: usize, nothing: f64) -> Choice {
     let (variant, estimate) = race.best_variant(arm);
     let Estimate { error, low, high, fragments } = estimate;
     let (candidate, divisor) = (race.arms[arm].candidate, race.arms[arm].divisor);
@@ -247,6 +292,9 @@ fn choice(plan: &SpeedPlan<'_>, race: &Race<'_>, arm: usize) -> Choice {
         l1_error: error,
         l1_error_low: low,
         l1_error_high: high,
+        relative_error: error / nothing,
+        relative_error_low: low / nothing,
+        relative_error_high: high / nothing,
         fragments,
         bits_per_texel,
         map_bytes: u64::from(size).pow(2) * bits_per_texel as u64 / 8,

@@ -14,7 +14,7 @@ mod scenery;
 mod settings;
 mod timing;
 
-pub use advise::{Advice, AdviceOptions, Choice};
+pub use advise::{Advice, AdviceOptions, Choice, Nothing};
 pub use frames::COMPARED_FRAME;
 pub use picture::PICTURE_GAP;
 pub use records::{FrameSample, GpuRecord, OrderShare, SpeedAccuracyRecord, SpeedSample};

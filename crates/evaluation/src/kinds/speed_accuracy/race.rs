@@ -47,6 +47,7 @@ pub(crate) struct Race<'a> {
     /// By cost, ascending.
     pub(crate) arms: Vec<Arm>,
     shuffled: Vec<(u32, u32)>,
+    /// F of all fragments, in the shuffled order.
     truth: Vec<f32>,
     /// ln(5 / delta) for one interval.
     log_term: f64,
@@ -92,12 +93,23 @@ impl<'a> Race<'a> {
         let rounds = 1 + shuffled.len().div_ceil(FIRST_ROUND).next_power_of_two().ilog2();
         let intervals: usize = arms.iter().map(|arm| arm.sums.len()).sum::<usize>() * rounds as usize;
         let log_term = (5.0 * intervals as f64 / (1.0 - CONFIDENCE)).ln();
-        Self { plan, views, arms, shuffled, truth: Vec::new(), log_term, evaluations: 0 }
+        let truth = truths(plan, views, &shuffled);
+        Self { plan, views, arms, shuffled, truth, log_term, evaluations: 0 }
     }
 
     /// All fragments there are.
     pub(crate) fn fragments(&self) -> usize {
         self.shuffled.len()
+    }
+
+    /// What doing nothing errs by: the mean of F over all fragments.
+    pub(crate) fn nothing(&self) -> f64 {
+        self.truth.iter().map(|&f| f64::from(f)).sum::<f64>() / self.truth.len().max(1) as f64
+    }
+
+    /// Share of the fragments that are in shadow at all.
+    pub(crate) fn shadowed_share(&self) -> f64 {
+        self.truth.iter().filter(|&&f| f > 0.0).count() as f64 / self.truth.len().max(1) as f64
     }
 
     /// The cheapest arm that meets the tolerance, or `None` if none does; `progress` hears of arms that are decided.
@@ -130,7 +142,6 @@ impl<'a> Race<'a> {
     /// Lets an arm see the first `upto` fragments.
     pub(crate) fn extend(&mut self, arm: usize, upto: usize) -> Result<(), EvaluationError> {
         let upto = upto.min(self.shuffled.len());
-        self.reveal(upto);
         let (from, live) = (self.arms[arm].seen(), self.arms[arm].live.clone());
         if upto <= from {
             return Ok(());
@@ -160,22 +171,6 @@ impl<'a> Race<'a> {
         let kept: Vec<usize> = live.into_iter().filter(|&v| self.estimate(arm, v).low <= least).collect();
         self.arms[arm].live = kept;
         Ok(())
-    }
-
-    /// Computes F of the first fragments.
-    fn reveal(&mut self, upto: usize) {
-        let from = self.truth.len();
-        if upto <= from {
-            return;
-        }
-        self.truth.resize(upto, 0.0);
-        for (view, of) in self.views.iter().enumerate() {
-            let places: Vec<usize> = (from..upto).filter(|&i| self.shuffled[i].0 as usize == view).collect();
-            let fragments: Vec<u32> = places.iter().map(|&i| self.shuffled[i].1).collect();
-            for (i, truth) in places.into_iter().zip(self.plan.reference(of, &fragments)) {
-                self.truth[i] = truth;
-            }
-        }
     }
 
     fn standing(&self, arm: usize, tolerance: f64) -> Standing {
@@ -216,6 +211,17 @@ impl<'a> Race<'a> {
         let (low, high) = ((error - half).max(0.0), (error + half).min(1.0));
         Estimate { error, low, high, fragments: sums.count }
     }
+}
+
+/// F of all fragments, in the order of the shuffle. All of it is needed: what doing nothing errs by is the yardstick of every
+/// candidate, and is to be certain.
+fn truths(plan: &SpeedPlan<'_>, views: &[SceneView], shuffled: &[(u32, u32)]) -> Vec<f32> {
+    let of_view = |view: &SceneView| {
+        let all: Vec<u32> = (0..view.receivers.len() as u32).collect();
+        plan.reference(view, &all)
+    };
+    let by_view: Vec<Vec<f32>> = views.iter().map(of_view).collect();
+    shuffled.iter().map(|&(view, fragment)| by_view[view as usize][fragment as usize]).collect()
 }
 
 impl Arm {

@@ -11,7 +11,7 @@ pub struct SpeedAccuracyRecord {
     pub view: String,
     /// Technique.
     pub technique: String,
-    /// Number format; `depth` for percentage-closer filtering.
+    /// Number format; `depth` for percentage-closer filtering, `none` for doing nothing.
     pub format: String,
     /// Side of the shadow map in texels.
     pub size: u32,
@@ -33,6 +33,13 @@ pub struct SpeedAccuracyRecord {
     pub l1_error: f64,
     /// Its standard error; empty where all fragments were evaluated.
     pub standard_error: Option<f64>,
+    /// Sum of |G - F| over the sum of F: 1 is as bad as no shadows at all. Empty where nothing is in shadow, and in runs
+    /// before it was recorded.
+    #[serde(default)]
+    pub relative_error: Option<f64>,
+    /// Its standard error; empty where all fragments were evaluated.
+    #[serde(default)]
+    pub relative_standard_error: Option<f64>,
     /// Mean of G - F: negative for leaking light.
     pub signed_mean: f64,
     /// Memory of a texel.

@@ -11,13 +11,15 @@ use crate::experiment::kind::RunContext;
 use crate::fragments::ViewRecord;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
-use crate::statistics::Sums;
-use crate::statistics::rounded;
+use crate::statistics::{NOTHING, Sums, rounded};
 use rayon::prelude::*;
 use shadow_filtering::{DepthBias, Kernel, Receiver};
 
 /// Format of percentage-closer filtering, which competes with nobody: it cannot be filtered in advance.
 const COMPARED: &str = "depth";
+
+/// Format of doing nothing, which renders no map; nobody competes with it.
+const NO_FORMAT: &str = "none";
 
 /// One technique, format and size with the sums of all variants by view.
 struct Measured {
@@ -155,12 +157,13 @@ impl SpeedAccuracyExperiment {
                     bits_per_texel: 32,
                     operations: (kernel.size() * kernel.size() * 3) as f64,
                     cost: FrameCost::comparison(self.frame, side, kernel.size()),
-                    sums: errors.map(|errors| summed(&errors, self.biases.len())).collect(),
+                    sums: errors.zip(&truths).map(|(errors, truth)| summed(&errors, truth)).collect(),
                     error: String::new(),
                 });
                 (context.progress)(measured.len(), total);
             }
         }
+        measured.push(self.nothing(&truths));
         let records = self.records(&measured, &views, plan.unit_cost());
         let needs: Vec<OrderRecord> =
             views.iter().enumerate().map(|(number, view)| orders::needed(&plan, view, number)).collect();
@@ -172,12 +175,15 @@ impl SpeedAccuracyExperiment {
             layers: Some(view.layers),
             ..ViewRecord::default()
         });
+        let of_view = |(view, sample): (&SceneView, &Vec<u32>)| plan.reference_records(view, sample);
+        let references: Vec<_> = views.iter().zip(&samples).map(of_view).collect();
         let timings = timing::time(&plan, &views[0], &samples[0])?;
         let pictures = plan.pictures()?;
         let mut files = vec![
             RecordedFile::csv("records.csv", &records)?,
             RecordedFile::csv("orders.csv", &self.order_shares(&needs))?,
             RecordedFile::csv("views.csv", &view_records.collect::<Vec<_>>())?,
+            RecordedFile::csv("reference.csv", &references.concat())?,
             RecordedFile::csv("samples.csv", &timings)?,
         ];
         files.extend(pictures);
@@ -190,7 +196,25 @@ impl SpeedAccuracyExperiment {
             }
         }
         let failed = measured.iter().filter(|of| !of.error.is_empty()).count();
-        Ok(Recorded { files, trials: measured.len(), failed, complete: true })
+        // Doing nothing is no trial.
+        Ok(Recorded { files, trials: measured.len() - 1, failed, complete: true })
+    }
+
+    /// Doing nothing, by the F of each view.
+    fn nothing(&self, truths: &[Vec<f32>]) -> Measured {
+        let of_view = |truth: &Vec<f32>| summed(&truth.iter().map(|f| -f).collect::<Vec<_>>(), truth);
+        let (bias, blend) = (DepthBias::default(), Blend::default());
+        Measured {
+            technique: NOTHING.to_owned(),
+            format: NO_FORMAT.to_owned(),
+            size: self.scenery.size,
+            variants: vec![FreeParameters { index: 0, alpha: None, bias, blend }],
+            bits_per_texel: 0,
+            operations: 0.0,
+            cost: FrameCost { bytes: 0.0, operations: 0.0 },
+            sums: truths.iter().map(of_view).collect(),
+            error: String::new(),
+        }
     }
 
     /// Pooled rows of all variants, then rows of scenes and views for the best variant.
@@ -214,7 +238,8 @@ impl SpeedAccuracyExperiment {
         let bests: Vec<(usize, f64)> = measured.iter().map(best_of).collect();
         let front = |index: usize| {
             let (cost, error) = (measured[index].cost.total(), bests[index].1);
-            let competes = |of: &Measured| of.format != COMPARED && of.error.is_empty();
+            let competes =
+                |of: &Measured| of.format != COMPARED && of.format != NO_FORMAT && of.error.is_empty();
             competes(&measured[index])
                 && !measured.iter().zip(&bests).any(|(other, &(_, other_error))| {
                     let other_cost = other.cost.total();
@@ -245,7 +270,9 @@ impl SpeedAccuracyExperiment {
                 best,
                 fragments: sums.count,
                 l1_error: rounded(sums.mean()),
-                standard_error: (!is_complete).then(|| rounded(sums.deviation() / count.sqrt())),
+                standard_error: (!is_complete).then(|| rounded(sums.standard_error())),
+                relative_error: sums.relative_error().map(rounded),
+                relative_standard_error: sums.relative_standard_error().filter(|_| !is_complete).map(rounded),
                 signed_mean: rounded(sums.signed / count),
                 bits_per_texel: of.bits_per_texel,
                 operations: rounded(of.operations),
@@ -302,10 +329,13 @@ impl SpeedAccuracyExperiment {
     }
 }
 
-fn summed(errors: &[f32], variants: usize) -> Vec<Sums> {
+/// By variant, of the errors of all variants fragment by fragment.
+fn summed(errors: &[f32], truth: &[f32]) -> Vec<Sums> {
+    // As many errors a fragment as there are variants; a view has fragments.
+    let variants = errors.len() / truth.len().max(1);
     let mut sums = vec![Sums::default(); variants];
-    for item in errors.chunks_exact(variants) {
-        sums.iter_mut().zip(item).for_each(|(sums, &error)| sums.push(error));
+    for (item, &truth) in errors.chunks_exact(variants.max(1)).zip(truth) {
+        sums.iter_mut().zip(item).for_each(|(sums, &error)| sums.push(error, truth));
     }
     sums
 }

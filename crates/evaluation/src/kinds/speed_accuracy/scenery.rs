@@ -3,7 +3,7 @@
 use super::candidate::Candidate;
 use super::settings::{Blend, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
-use crate::fragments::{LoadedScene, chosen};
+use crate::fragments::{LoadedScene, ReferenceRecord, chosen, reference_records};
 use crate::statistics::Sums;
 use applications::{Application, BiasSetting, HardShadow};
 use rayon::prelude::*;
@@ -30,6 +30,8 @@ pub(crate) struct SceneView {
     pub(crate) scene: String,
     pub(crate) view: String,
     pub(crate) texel_depth: f64,
+    /// Side of a texel of the largest map in the scene's units; `None` for a stack, which does not tell.
+    pub(crate) texel_side: Option<f64>,
     pub(crate) layers: u32,
     /// All fragments, in texels of the largest map.
     pub(crate) receivers: Vec<Receiver>,
@@ -86,6 +88,10 @@ impl<'a> SpeedPlan<'a> {
                     scene: scene.label.to_owned(),
                     view: light.name.clone(),
                     texel_depth: lit.texel_depth,
+                    texel_side: lit.frame.as_ref().map(|frame| {
+                        let [x, y] = frame.texels_per_unit;
+                        1.0 / x.min(y)
+                    }),
                     layers: lit.stack.layer_statistics().max,
                     maps: maps.collect::<Result<_, EvaluationError>>()?,
                     map: lit.map,
@@ -106,6 +112,16 @@ impl<'a> SpeedPlan<'a> {
         let bias = BiasSetting { reference: self.experiment.reference, technique };
         let plane_limit = self.experiment.scenery.plane_limit;
         HardShadow { map, kernel: &self.kernel, texel_depth, bias, plane_limit }
+    }
+
+    /// The rows of reference.csv of a view.
+    pub(crate) fn reference_records(&self, view: &SceneView, fragments: &[u32]) -> Vec<ReferenceRecord> {
+        reference_records((&view.scene, &view.view), self.experiment.reference, |bias| {
+            let mut application = self.hard_shadow(&view.map, view.texel_depth, DepthBias::default());
+            application.bias.reference = bias;
+            let one = |&fragment: &u32| application.truth(&view.receivers[fragment as usize]);
+            fragments.par_iter().map(one).collect()
+        })
     }
 
     /// F of fragments of a view.
@@ -176,7 +192,7 @@ impl<'a> SpeedPlan<'a> {
                         |(_, pair)| pair,
                     );
                     last = Some((variant, pair));
-                    sums.push(variant.blend.apply(pair) - truth);
+                    sums.push(variant.blend.apply(pair) - truth, truth);
                 }
             }
             sums

@@ -45,10 +45,11 @@ fn error<'a>(tables: &FilterableTables<'a>, role: &'static str) -> Measured<(&'a
 fn distances(tables: &FilterableTables<'_>) -> Measured<String> {
     let ((_, power), (_, trigonometric)) = (error(tables, "four moments")?, error(tables, "trigonometric")?);
     Ok(format!(
-        "{} and {} by the closed forms ({:.3} times, published {PUBLISHED_RATIO:.3})",
+        "{} and {} by the closed forms ({:.3} times, published {PUBLISHED_RATIO:.3}), against F at a depth bias of {}",
         percent(trigonometric, 2),
         percent(power, 2),
-        power / trigonometric
+        power / trigonometric,
+        tables.level().at()
     ))
 }
 

@@ -64,7 +64,7 @@ pub(crate) fn blocks(tables: &FilterableTables<'_>) -> Vec<Block> {
     let note = Text::from(
         "The leak compares the same depth on both sides, so that it shows the bounds alone. In the error the bias and \
          the receiver plane of F take part, which the techniques lack: bounds that leak hide self-shadowing that PCF \
-         shows.",
+         shows. On a sample of the fragments exceptions of less than the standard errors of the tables may be its own.",
     );
     vec![
         Block::heading(2, "The order that the papers claim"),

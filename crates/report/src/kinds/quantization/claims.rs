@@ -5,7 +5,7 @@ use crate::page::{Claim, Measured, Missing, Text, recorded};
 use evaluation::MomentBound;
 use moment_problem::Basis;
 
-pub(crate) fn claims(tables: &QuantizationTables) -> Vec<Claim> {
+pub(crate) fn claims(tables: &QuantizationTables<'_>) -> Vec<Claim> {
     let needed = |bound, transform, format| needed(tables, bound, transform, format);
     [
         Claim::new("MSM15 4.3", "An affine transform of two moments gains 2 bits", gain(tables, 2)),
@@ -42,7 +42,7 @@ pub(crate) fn claims(tables: &QuantizationTables) -> Vec<Claim> {
     .collect()
 }
 
-fn gain(tables: &QuantizationTables, m: usize) -> Measured<String> {
+fn gain(tables: &QuantizationTables<'_>, m: usize) -> Measured<String> {
     let basis = Basis::power(m).to_string();
     let mut gains = tables.gains.iter();
     let found = gains.find(|g| g.basis == basis && g.bound_bits.is_some() && g.transform == "dense");
@@ -52,7 +52,7 @@ fn gain(tables: &QuantizationTables, m: usize) -> Measured<String> {
     Ok(format!("{gain:.4} bits; no transform gains more than {bound:.4}, proved"))
 }
 
-fn hull(tables: &QuantizationTables) -> Measured<String> {
+fn hull(tables: &QuantizationTables<'_>) -> Measured<String> {
     let volume = |curve| recorded(tables.hull.iter().find(|h| h.curve == curve).map(|h| h.hull_volume));
     let (gain, after, before) = (gain(tables, 3)?, volume("transformed")?, volume("original")?);
     Ok(format!("{gain}; volume {after:.4}, {:.1} times larger", after / before))
@@ -60,7 +60,7 @@ fn hull(tables: &QuantizationTables) -> Measured<String> {
 
 /// The least bias of a bound whose moments are stored by a transform in a format of this family.
 fn needed(
-    tables: &QuantizationTables,
+    tables: &QuantizationTables<'_>,
     bound: MomentBound,
     transform: &str,
     format: &str,

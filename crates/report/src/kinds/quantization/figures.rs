@@ -13,7 +13,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
 /// All figures of a run.
-pub(crate) fn draw(tables: &QuantizationTables) -> Result<Vec<Drawing>, ReportError> {
+pub(crate) fn draw(tables: &QuantizationTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let mut figures = vec![Drawing::new(
         "hulls",
         "The curve of three power moments and its convex hull in the box of stored values (a larger hull is better)",
@@ -33,7 +33,7 @@ pub(crate) fn draw(tables: &QuantizationTables) -> Result<Vec<Drawing>, ReportEr
     Ok(figures)
 }
 
-fn hulls(tables: &QuantizationTables) -> Result<String, ReportError> {
+fn hulls(tables: &QuantizationTables<'_>) -> Result<String, ReportError> {
     svg("hulls", (820, 400), |root| {
         let panels = root.split_evenly((1, 2));
         for (panel, curve) in panels.iter().zip(["original", "transformed"]) {
@@ -96,7 +96,7 @@ fn hull(area: &Area<'_>, curve: &str, points: &[&HullRecord]) -> Drawn {
 }
 
 /// A row of histograms for each transform in the first format of those that were counted.
-fn codes(tables: &QuantizationTables) -> Result<String, ReportError> {
+fn codes(tables: &QuantizationTables<'_>) -> Result<String, ReportError> {
     let Some(first) = tables.codes.first() else {
         return Err(ReportError::Empty { figure: "codes".to_owned() });
     };
@@ -172,14 +172,14 @@ const ERRORS: Quantity =
     Quantity { figure: "errors", label: "mean |G - F|", value: |r| Some(r.l1_error), floor: true };
 
 /// Bounds with their filter, in the order of the records.
-fn bounds(tables: &QuantizationTables) -> Vec<(&str, &str)> {
+fn bounds<'a>(tables: &'a QuantizationTables<'_>) -> Vec<(&'a str, &'a str)> {
     let steps = tables.records.iter().filter(|r| r.role == "step");
     distinct(steps.map(|r| (r.bound.as_str(), r.kernel.as_str())))
 }
 
 /// One panel a bound: all its transforms and formats over alpha, with the b* that is fastest (else the first).
 fn over_alpha(
-    tables: &QuantizationTables,
+    tables: &QuantizationTables<'_>,
     bounds: &[(&str, &str)],
     quantity: &Quantity,
 ) -> Result<String, ReportError> {
@@ -199,7 +199,7 @@ type Line<'a> = ((&'a str, &'a str, &'a str), Vec<(f64, f64)>);
 
 fn panel(
     area: &Area<'_>,
-    tables: &QuantizationTables,
+    tables: &QuantizationTables<'_>,
     (bound, kernel): (&str, &str),
     quantity: &Quantity,
 ) -> Drawn {

@@ -12,7 +12,7 @@ use crate::page::{Block, Content};
 pub(super) const PAGE: KindPage = KindPage { name: "quantization", content, script: String::new };
 
 fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
-    let tables = summary::QuantizationTables::read(reported.run)?;
+    let tables = summary::QuantizationTables::read(reported.run, reported.settings()?)?;
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
     Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })

@@ -1,16 +1,17 @@
 //! What the records of a quantisation experiment say, in numbers.
 
+use crate::kinds::reference::ReferenceLevel;
 use crate::kinds::rows::tables;
 use crate::page::{Text, in_percent};
 use evaluation::{
-    BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
-    ViewRecord,
+    BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, NOTHING,
+    QuantizationExperiment, QuantizationRecord, ReferenceRecord, ViewRecord,
 };
 use moment_problem::Basis;
 
 tables! {
-    /// The recorded tables of a run.
-    QuantizationTables {
+    /// The recorded tables of a run, with its experiment.
+    QuantizationTables<'a> of QuantizationExperiment {
         records: QuantizationRecord,
         gains: GainRecord,
         biases: BiasRecord,
@@ -20,16 +21,29 @@ tables! {
         views: ViewRecord,
         samples: GainSample,
     }
+    some_runs {
+        reference: ReferenceRecord,
+    }
 }
 
 /// A difference of less than so many standard errors is none.
 const CERTAIN: f64 = 3.0;
 
-impl QuantizationTables {
+impl QuantizationTables<'_> {
+    /// The reference that errors are against.
+    pub(crate) fn level(&self) -> ReferenceLevel<'_> {
+        ReferenceLevel::new(self.experiment.bias.reference, &self.reference)
+    }
+
     /// Error of a bound whose moments are not quantised.
     pub(crate) fn exact(&self, bound: &str, kernel: &str) -> Option<f64> {
         let exact = |r: &&QuantizationRecord| r.target == "exact" && r.bound == bound && r.kernel == kernel;
         self.records.iter().find(exact).map(|r| r.l1_error)
+    }
+
+    /// Doing nothing, for one filter; nothing in runs before it was recorded.
+    pub(crate) fn nothing(&self, kernel: &str) -> Option<&QuantizationRecord> {
+        self.records.iter().find(|r| r.bound == NOTHING && r.kernel == kernel)
     }
 
     /// The b* of least error for each bound, transform, format and filter, in the order of the records.
@@ -90,12 +104,16 @@ impl QuantizationTables {
                     valid.alpha_999
                 )
             };
-            sentences.push(format!(
-                "Four moments err by {} %; with sixteen bits each and MSM15's transform by {}, without a transform by {}.",
+            sentences.push(self.level().before(&format!(
+                "four moments err by {} %; with sixteen bits each and MSM15's transform by {}, without a transform by {}.",
                 percent(exact),
                 pair(theta),
                 pair(plain)
-            ));
+            )));
+            if let Some(nothing) = self.nothing(&theta.kernel) {
+                sentences
+                    .push(format!("Calling every fragment lit errs by {} %.", percent(nothing.l1_error)));
+            }
         }
         for c in
             self.comparison.iter().filter(|c| c.bound == "Hamburger 6" && c.transform.starts_with("ours"))

@@ -1,11 +1,11 @@
 //! The tables of a quantisation experiment, each with a note on how to read it.
 
 use super::summary::{QuantizationTables, percent};
-use crate::kinds::rows::views;
-use crate::page::{Block, Table, Text, code};
-use evaluation::{BiasRecord, ComparisonRecord};
+use crate::kinds::rows::{distinct, views};
+use crate::page::{Block, Table, Text, code, row};
+use evaluation::{BiasRecord, ComparisonRecord, NOTHING};
 
-pub(crate) fn blocks(tables: &QuantizationTables) -> Vec<Block> {
+pub(crate) fn blocks(tables: &QuantizationTables<'_>) -> Vec<Block> {
     [
         gains(tables),
         errors(tables),
@@ -13,6 +13,7 @@ pub(crate) fn blocks(tables: &QuantizationTables) -> Vec<Block> {
         circulation(tables),
         targets(tables),
         views(2, &tables.views),
+        tables.level().blocks(2),
     ]
     .concat()
 }
@@ -22,7 +23,7 @@ fn alpha(value: f64) -> String {
     if value == 0.0 { "0".to_owned() } else { format!("{value:.1e}") }
 }
 
-fn gains(tables: &QuantizationTables) -> Vec<Block> {
+fn gains(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let overshoot = |(min, max): (f64, f64)| format!("{:.0e}", (-min).max(max - 1.0).max(0.0));
     let table = Table::of(&tables.gains)
         .left("basis", |g| code(&g.basis))
@@ -42,7 +43,7 @@ fn gains(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "Gains", table, Some(note))
 }
 
-fn errors(tables: &QuantizationTables) -> Vec<Block> {
+fn errors(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let bits = |b: &BiasRecord| {
         let of = tables.records.iter().find(|r| {
             (&r.bound, &r.transform, &r.format, &r.kernel) == (&b.bound, &b.transform, &b.format, &b.kernel)
@@ -51,6 +52,8 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
     };
     let exact = |b: &BiasRecord| tables.exact(&b.bound, &b.kernel);
     let lost = |b: &BiasRecord, error: f64| exact(b).map(|exact| format!("{:+.3}", 100.0 * (error - exact)));
+    let relative =
+        |b: &BiasRecord| tables.nothing(&b.kernel).map(|nothing| b.best_l1_error / nothing.l1_error);
     let rows = tables.best().into_iter().map(|b| (b, tables.most_valid(b).unwrap_or(b)));
     let table = Table::of(rows)
         .left("bound", |(b, _)| &b.bound)
@@ -59,6 +62,7 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
         .right("filter", |(b, _)| &b.kernel)
         .right("bits a texel", |(b, _)| bits(b))
         .right("L1, not quantised", |(b, _)| exact(b).map(percent))
+        .right("relative, least error", |(b, _)| relative(b).map(percent))
         .right("invalid, alpha 0", |(b, _)| percent(b.invalid_unbiased))
         .right("alpha of least error (b*)", |(b, _)| format!("{} ({})", alpha(b.best_alpha), b.target))
         .right("L1 added", |(b, _)| lost(b, b.best_l1_error))
@@ -71,8 +75,21 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
         .right("all valid", |(_, valid)| alpha(valid.alpha_all))
         .right("L1 added", |(b, valid)| lost(b, valid.valid_l1_error))
         .right("change", |(_, valid)| percent(valid.valid_change));
+    let table: Table = table.into();
+    let columns = table.columns.len();
+    let kernels = distinct(tables.best().into_iter().map(|b| b.kernel.as_str()));
+    let nothing = kernels.into_iter().filter_map(|kernel| tables.nothing(kernel)).map(|nothing| {
+        let none = Text::from(None::<Text>);
+        let error = percent(nothing.l1_error);
+        let mut cells =
+            row![NOTHING, none.clone(), none.clone(), &nothing.kernel, 0usize, error, percent(1.0)];
+        cells.resize(columns, none);
+        cells
+    });
+    let table = table.rows(nothing);
     let note = Text::from(
-        "Errors and shares in percent; less is better. L1 added: mean |G - F| minus that of the same bound without \
+        "Errors and shares in percent; less is better. Relative: the sum of |G - F| over that of F, which is what calling every \
+         fragment lit errs by. L1 added: mean |G - F| minus that of the same bound without \
          quantisation. Change: mean distance of G from the same bound without quantisation. False shadows: share of \
          fragments with G more than 1/255 above PCF of the same depth, which no lower bound exceeds. Invalid: moment \
          vectors whose moment matrix is not positive definite after the bias. Two biases are shown for each format: that \
@@ -83,7 +100,7 @@ fn errors(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "Error by format", table, Some(note))
 }
 
-fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
+fn comparisons(tables: &QuantizationTables<'_>) -> Vec<Block> {
     // The least error among transforms that keep nearly all vectors valid.
     let valid = |c: &ComparisonRecord, transform: &str| {
         let same = |b: &&BiasRecord| {
@@ -115,7 +132,7 @@ fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "What a transform buys", table, Some(note))
 }
 
-fn circulation(tables: &QuantizationTables) -> Vec<Block> {
+fn circulation(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let rows = tables.biases.iter().filter_map(|b| {
         let circulated = (b.circulated_alpha?, b.circulated_failure_share?, b.circulated_l1_error?);
         Some((b, circulated, tables.most_valid(b)?))
@@ -140,7 +157,7 @@ fn circulation(tables: &QuantizationTables) -> Vec<Block> {
     Block::section(2, "Biases in circulation", table, Some(note))
 }
 
-fn targets(tables: &QuantizationTables) -> Vec<Block> {
+fn targets(tables: &QuantizationTables<'_>) -> Vec<Block> {
     let short = |word: &str| word.parse::<f64>().map_or(word.to_owned(), |v| format!("{v:.4}"));
     let pair = |word: &str| word.split(':').map(short).collect::<Vec<_>>().join(":");
     let numbers = |text: &str| text.split(' ').map(pair).collect::<Vec<_>>().join(" ");

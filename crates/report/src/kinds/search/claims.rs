@@ -1,6 +1,6 @@
 //! What the papers publish about the search for a basis.
 
-use super::summary::{POWER_4, SearchTables, TRIGONOMETRIC_4, error};
+use super::summary::{POWER_4, SearchTables, TRIGONOMETRIC_4};
 use crate::kinds::PUBLISHED_RATIO;
 use crate::page::{Claim, Measured, Missing, Text, recorded};
 use evaluation::{Provenance, SearchRecord};
@@ -53,21 +53,21 @@ fn candidate<'a>(tables: &'a SearchTables<'_>, basis: &str) -> Measured<&'a Sear
     tables.find(basis).ok_or_else(unasked)
 }
 
-fn rank(r: &SearchRecord) -> String {
-    format!("rank {} ({} to {}) with {}", r.rank, r.rank_low, r.rank_high, error(r))
+fn rank(tables: &SearchTables<'_>, r: &SearchRecord) -> String {
+    format!("rank {} ({} to {}) with {}", r.rank, r.rank_low, r.rank_high, tables.error(r))
 }
 
 fn minimum(tables: &SearchTables<'_>) -> Measured<Text> {
     let trigonometric = candidate(tables, TRIGONOMETRIC_4)?;
     let all = tables.of(4);
     let best = recorded(all.first())?;
-    let head = format!("{}; the best, ", rank(trigonometric));
-    Ok(Text::from(head).code(&best.basis).and(format!(", {}", error(best))))
+    let head = format!("{}; the least mean, ", rank(tables, trigonometric));
+    Ok(Text::from(head).code(&best.basis).and(format!(", {}", tables.error(best))))
 }
 
 fn ratio(tables: &SearchTables<'_>) -> Measured<String> {
     let (power, trigonometric) = (candidate(tables, POWER_4)?, candidate(tables, TRIGONOMETRIC_4)?);
-    Ok(format!("{}, {:.3} times", rank(power), power.l1_error / trigonometric.l1_error))
+    Ok(format!("{}, {:.3} times", rank(tables, power), power.l1_error / trigonometric.l1_error))
 }
 
 fn near(tables: &SearchTables<'_>) -> Option<String> {

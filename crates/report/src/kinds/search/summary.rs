@@ -1,10 +1,11 @@
 //! What the records of a candidate search say, in numbers.
 
+use crate::kinds::reference::ReferenceLevel;
 use crate::kinds::rows::{distinct, tables};
 use crate::page::{Text, in_percent, percent};
 use evaluation::{
-    MarkRecord, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchSample, StageRecord, ViewRecord,
-    with_role,
+    MarkRecord, ReferenceRecord, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
+    SearchSample, StageRecord, ViewRecord, with_role,
 };
 
 /// Names of the marked candidates in the family's order.
@@ -20,6 +21,9 @@ tables! {
         views: ViewRecord,
         agreement: SearchAgreementRecord,
         samples: SearchSample,
+    }
+    some_runs {
+        reference: ReferenceRecord,
     }
 }
 
@@ -39,6 +43,15 @@ pub(crate) struct Speed {
 }
 
 impl<'a> SearchTables<'a> {
+    /// The reference that errors are against.
+    pub(crate) fn level(&self) -> ReferenceLevel<'_> {
+        let bias = match self.experiment.reference {
+            SearchReference::Plain => self.experiment.bias.technique,
+            SearchReference::Plane => self.experiment.bias.reference,
+        };
+        ReferenceLevel::new(bias, &self.reference)
+    }
+
     /// Sizes of candidates, ascending.
     pub(crate) fn orders(&self) -> Vec<usize> {
         let mut orders = distinct(self.records.iter().map(|record| record.m));
@@ -111,10 +124,16 @@ impl<'a> SearchTables<'a> {
         let all = self.of(m);
         let mut sentences: Vec<Text> = Vec::new();
         if let Some(best) = all.first() {
-            let found = format!("Of {} candidates of {m} functions the best is ", all.len());
-            let (low, high) = (best.rank_low, best.rank_high);
-            let with = format!(" with {} (rank {low} to {high} within the intervals).", error(best));
-            sentences.push(Text::from(found).code(&best.basis).and(with));
+            let (count, high) = (all.len(), best.rank_high);
+            // Who shares the first place is no winner.
+            let found = match high {
+                1 => format!("of {count} candidates of {m} functions the best is "),
+                _ => format!(
+                    "of {count} candidates of {m} functions {high} are not told from the best; the least mean has "
+                ),
+            };
+            let with = format!(" with {}.", self.error(best));
+            sentences.push(Text::from(self.level().before(&found)).code(&best.basis).and(with));
         }
         for (name, record) in [("trigonometric", self.trigonometric()), ("power", self.power())] {
             if let Some(record) = record {
@@ -124,7 +143,7 @@ impl<'a> SearchTables<'a> {
                         record.rank,
                         record.rank_low,
                         record.rank_high,
-                        error(record)
+                        self.error(record)
                     )
                     .into(),
                 );
@@ -164,9 +183,30 @@ impl<'a> SearchTables<'a> {
     }
 }
 
-/// An error with its interval, in percent.
-pub(crate) fn error(record: &SearchRecord) -> String {
-    within(record.l1_error, record.interval)
+/// 99 % of a normal distribution lie within so many standard deviations, as in the records' intervals.
+const DEVIATIONS: f64 = 2.576;
+
+impl SearchTables<'_> {
+    /// An error in percent with half a 99 % interval of its own, and with that of its difference to the power moments.
+    ///
+    /// A candidate's error is that of the power moments on the whole sample plus the difference to them, so that its interval
+    /// is at most the sum of both.
+    pub(crate) fn error(&self, record: &SearchRecord) -> String {
+        let control = format!("power:{} over the support", record.m);
+        let control = self.marks.iter().find(|mark| mark.technique == control);
+        let own = control.map(|mark| DEVIATIONS * mark.moved_standard_error + record.interval);
+        let level = own.map_or_else(|| percent(record.l1_error, 3), |own| within(record.l1_error, own));
+        match is_power(record) {
+            true => level,
+            false => format!("{level} (against power moments ± {})", percent(record.interval, 3)),
+        }
+    }
+}
+
+/// Whether these are the power moments, whose difference to themselves is certain.
+fn is_power(record: &SearchRecord) -> bool {
+    let powers = (1..=record.m).map(|k| if k == 1 { "z".to_owned() } else { format!("z^{k}") });
+    record.basis == powers.collect::<Vec<_>>().join(", ")
 }
 
 pub(crate) fn within(value: f64, deviation: f64) -> String {

@@ -1,6 +1,6 @@
 //! The tables of a candidate search, each with a note on how to read it.
 
-use super::summary::{SearchTables, error, within};
+use super::summary::{SearchTables, within};
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, code, percent, row};
 use evaluation::{MarkRecord, SearchRecord};
@@ -9,16 +9,25 @@ use evaluation::{MarkRecord, SearchRecord};
 const BEST: usize = 50;
 
 pub(crate) fn blocks(tables: &SearchTables<'_>) -> Vec<Block> {
-    [best(tables), classes(tables), sizes(tables), marks(tables), certainty(tables), speed(tables)].concat()
+    [
+        best(tables),
+        classes(tables),
+        sizes(tables),
+        marks(tables),
+        certainty(tables),
+        speed(tables),
+        tables.level().blocks(2),
+    ]
+    .concat()
 }
 
-fn candidates<'a>(records: impl IntoIterator<Item = &'a SearchRecord>) -> Table {
+fn candidates<'a>(tables: &SearchTables<'_>, records: impl IntoIterator<Item = &'a SearchRecord>) -> Table {
     Table::of(records)
         .right("rank", |r| r.rank)
         .left("rank range", |r| format!("{} to {}", r.rank_low, r.rank_high))
         .left("basis", |r| code(&r.basis))
         .left("class", |r| &r.class)
-        .right("mean error", error)
+        .right("mean error", |r| tables.error(r))
         .right("fragments", |r| r.fragments)
         .into()
 }
@@ -30,17 +39,17 @@ fn best(tables: &SearchTables<'_>) -> Vec<Block> {
     let heading = format!("The best {} of {} candidates of {m} functions", BEST.min(all.len()), all.len());
     let note = Text::from(
         "Mean error is |G - F| as a fraction of the kernel's weight, over all fragments of all views, every view \
-         weighing the same. ± is half a 99 % interval of the difference to power moments, which were evaluated on the \
-         whole sample; the rank range is what these intervals allow.",
+         weighing the same, with half a 99 % interval of its own, and behind it that of the difference to power moments, \
+         which were evaluated on the whole sample. The rank range is what the intervals of the differences allow.",
     );
-    Block::section(2, &heading, candidates(all.iter().take(BEST).copied().chain(marked)), Some(note))
+    Block::section(2, &heading, candidates(tables, all.iter().take(BEST).copied().chain(marked)), Some(note))
 }
 
 fn classes(tables: &SearchTables<'_>) -> Vec<Block> {
     let all = tables.of(tables.main_order());
     let classes = distinct(all.iter().map(|record| record.class.as_str()));
     let first = |class| all.iter().find(|record| record.class == class).copied();
-    let table = candidates(classes.into_iter().filter_map(first));
+    let table = candidates(tables, classes.into_iter().filter_map(first));
     let note = Text::from("A class has candidates only if the family has that many functions of one kind.");
     Block::section(2, "The best of each class", table, Some(note))
 }
@@ -51,7 +60,7 @@ fn sizes(tables: &SearchTables<'_>) -> Vec<Block> {
         let first = all.first()?;
         let at = |place: usize| percent(all[place.min(all.len() - 1)].l1_error, 2);
         let (tenth, median, worst) = (at(9), at(all.len() / 2), at(all.len() - 1));
-        Some(row![m, all.len(), code(&first.basis), error(first), tenth, median, worst])
+        Some(row![m, all.len(), code(&first.basis), tables.error(first), tenth, median, worst])
     });
     let table = Table::default()
         .right(["m", "candidates"])

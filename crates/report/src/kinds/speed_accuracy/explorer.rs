@@ -22,6 +22,8 @@ struct ExplorerPoint<'a> {
     bits: usize,
     cost: f64,
     error: f64,
+    /// In units of doing nothing, where it was recorded.
+    relative: Option<f64>,
     /// Whether it takes part in the front.
     competes: bool,
 }
@@ -44,6 +46,7 @@ pub(super) fn explorers(tables: &SpeedTables<'_>) -> Vec<Explorer> {
         bits: r.bits_per_texel,
         cost: r.cost,
         error: r.l1_error,
+        relative: r.relative_error,
         competes: r.format != "depth",
     });
     let chart = Explorer::Chart {

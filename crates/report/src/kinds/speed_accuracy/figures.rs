@@ -4,7 +4,7 @@ use super::needs::needs;
 use super::summary::SpeedTables;
 use crate::drawing::{
     Area, BLACK, BLUE, Drawn, FINE, GREEN, GRID, ORANGE, PURPLE, SKY_BLUE, VERMILLION, anchored, around,
-    mesh, svg,
+    font, mesh, svg,
 };
 use crate::error::ReportError;
 use crate::page::{Drawing, percent};
@@ -60,6 +60,8 @@ struct Marker {
 
 struct Scatter<'a> {
     x_label: &'a str,
+    /// What doing nothing errs by, where it is known: the unit of the axis on the right.
+    nothing: Option<f64>,
     marks: Vec<Marker>,
     sizes: Vec<u32>,
 }
@@ -67,6 +69,7 @@ struct Scatter<'a> {
 /// All figures of a run.
 pub(crate) fn draw(tables: &SpeedTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let sizes = tables.sizes();
+    let nothing = tables.nothing().map(|r| r.l1_error).filter(|error| *error > 0.0);
     let mark = |r: &SpeedAccuracyRecord, x: f64, x_range: Option<(f64, f64)>| Marker {
         x,
         x_range,
@@ -92,7 +95,7 @@ pub(crate) fn draw(tables: &SpeedTables<'_>) -> Result<Vec<Drawing>, ReportError
     });
     let time = time.collect();
     let chart = |id, title, x_label: &str, marks: Vec<Marker>, shown: &[u32]| {
-        let scatter = Scatter { x_label, marks: with_front(marks), sizes: shown.to_vec() };
+        let scatter = Scatter { x_label, nothing, marks: with_front(marks), sizes: shown.to_vec() };
         Ok::<_, ReportError>(Drawing::new(id, title, svg(id, (860, 560), |root| scatter.draw(root))?))
     };
     let gpu: Vec<Marker> = full
@@ -175,11 +178,19 @@ impl Scatter<'_> {
             return Ok(());
         }
         let mut builder = ChartBuilder::on(&plot);
-        builder.margin_left(6 * FINE).margin_right(20 * FINE).margin_top(10 * FINE);
+        let right = if self.nothing.is_some() { 6 } else { 20 };
+        builder.margin_left(6 * FINE).margin_right(right * FINE).margin_top(10 * FINE);
+        if self.nothing.is_some() {
+            builder.right_y_label_area_size(58 * FINE);
+        }
         builder.x_label_area_size(44 * FINE).y_label_area_size(58 * FINE);
         let (from, to) = (0.85 * least, 1.3 * most);
         let axis = (from..to).log_scale().with_key_points(log_ticks(from, to));
-        let mut chart = builder.build_cartesian_2d(axis, 0.0..1.06 * top)?;
+        // Without a unit of its own the second axis is not drawn.
+        let unit = self.nothing.unwrap_or(1.0);
+        let mut chart = builder
+            .build_cartesian_2d(axis, 0.0..1.06 * top)?
+            .set_secondary_coord(0.0..1.0, 0.0..1.06 * top / unit);
         let plain = |value: &f64| {
             if *value >= 10.0 { format!("{value:.0}") } else { format!("{}", (value * 1e3).round() / 1e3) }
         };
@@ -187,6 +198,12 @@ impl Scatter<'_> {
         mesh.y_labels(8).x_labels(8).x_label_formatter(&plain).y_label_formatter(&|error| percent(*error, 0));
         mesh.x_desc(self.x_label).y_desc("mean |G - F| over all fragments");
         mesh.draw()?;
+        if self.nothing.is_some() {
+            let mut secondary = chart.configure_secondary_axes();
+            secondary.label_style(font(11)).axis_desc_style(font(12)).set_all_tick_mark_size(4 * FINE);
+            secondary.y_labels(8).y_desc("relative to the error of no shadows at all");
+            secondary.y_label_formatter(&|share| format!("{share:.2}")).draw()?;
+        }
         let mut steps: Vec<(f64, f64)> = Vec::new();
         for mark in self.marks.iter().filter(|m| m.on_front) {
             if let Some(&(_, y)) = steps.last() {
@@ -214,7 +231,10 @@ impl Scatter<'_> {
             let map =
                 self.sizes.get(mark.shape as usize).map_or(String::new(), |size| format!(", {size}² map"));
             let error = percent(mark.y, 2);
-            let label = format!("{}{map}: error {error}, {}: {}", mark.name, self.x_label, plain(&mark.x));
+            let relative = self.nothing.map(|unit| format!(" ({:.3} of no shadows at all)", mark.y / unit));
+            let relative = relative.unwrap_or_default();
+            let label =
+                format!("{}{map}: error {error}{relative}, {}: {}", mark.name, self.x_label, plain(&mark.x));
             around((x, y), 6 * FINE as i32, &label);
         }
         self.names(area, |mark| chart.backend_coord(&(mark.x, mark.y)))?;

@@ -1,9 +1,11 @@
 //! What the records of a `speed-accuracy` experiment say, in numbers.
 
+use crate::kinds::reference::ReferenceLevel;
 use crate::kinds::rows::{distinct, tables};
 use crate::page::{Measured, Text, median_of, percent, player};
 use evaluation::{
-    FrameSample, GpuRecord, OrderShare, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, ViewRecord,
+    FrameSample, GpuRecord, NOTHING, OrderShare, ReferenceRecord, SpeedAccuracyExperiment,
+    SpeedAccuracyRecord, SpeedSample, ViewRecord,
 };
 
 tables! {
@@ -17,6 +19,7 @@ tables! {
     some_runs {
         gpu: GpuRecord,
         frames: FrameSample,
+        reference: ReferenceRecord,
     }
 }
 
@@ -29,8 +32,22 @@ pub(crate) struct Time {
 }
 
 impl<'a> SpeedTables<'a> {
+    /// The reference that errors are against.
+    pub(crate) fn level(&self) -> ReferenceLevel<'_> {
+        ReferenceLevel::new(self.experiment.reference, &self.reference)
+    }
+
     /// Every technique, format and size with its best biases, over all fragments.
     pub(crate) fn best(&self) -> impl Iterator<Item = &SpeedAccuracyRecord> {
+        self.pooled().filter(|r| r.technique != NOTHING)
+    }
+
+    /// Doing nothing; nothing in runs before it was recorded.
+    pub(crate) fn nothing(&self) -> Option<&SpeedAccuracyRecord> {
+        self.pooled().find(|r| r.technique == NOTHING)
+    }
+
+    fn pooled(&self) -> impl Iterator<Item = &SpeedAccuracyRecord> {
         self.records.iter().filter(|r| r.best && r.scene == "all" && r.view == "all")
     }
 
@@ -170,6 +187,9 @@ impl<'a> SpeedTables<'a> {
                 ));
             }
         }
+        if let Some(nothing) = self.nothing() {
+            sentences.push(format!("Calling every fragment lit errs by {}.", percent(nothing.l1_error)));
+        }
         if let (Some(vsm), Some(halved)) = (vsm, self.of(msm, full / 2)) {
             sentences.push(format!(
                 "On a map of half the side they err by {} at {:.2} times the cost of variance shadow maps on the whole.",
@@ -196,6 +216,9 @@ impl<'a> SpeedTables<'a> {
                 of(cheapest),
                 of(best)
             ));
+        }
+        if let Some(first) = sentences.first_mut() {
+            *first = self.level().before(first);
         }
         // The other tolerances are in the tables.
         let kinds = self.need_kinds();

@@ -6,8 +6,16 @@ use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, percent, 
 use evaluation::{PictureSetting, SpeedAccuracyRecord};
 
 pub(crate) fn blocks(tables: &SpeedTables<'_>) -> Vec<Block> {
-    [pictures(tables), front(tables), techniques(tables), times(tables), tables.gpu_blocks(), needs(tables)]
-        .concat()
+    [
+        pictures(tables),
+        front(tables),
+        techniques(tables),
+        times(tables),
+        tables.gpu_blocks(),
+        needs(tables),
+        tables.level().blocks(3),
+    ]
+    .concat()
 }
 
 /// A picture with its columns.
@@ -49,6 +57,12 @@ fn error(record: &SpeedAccuracyRecord) -> String {
     format!("{:.2}{margin} %", 100.0 * record.l1_error)
 }
 
+/// In units of doing nothing, with two standard errors.
+fn relative(record: &SpeedAccuracyRecord) -> Option<String> {
+    let margin = record.relative_standard_error.map(|e| format!(" ± {:.4}", 2.0 * e)).unwrap_or_default();
+    record.relative_error.map(|error| format!("{error:.4}{margin}"))
+}
+
 fn blend(record: &SpeedAccuracyRecord) -> String {
     match (record.beta > 0.0, record.leak_reduction > 0.0) {
         (false, false) => "lower bound".to_owned(),
@@ -64,7 +78,7 @@ fn alpha(record: &SpeedAccuracyRecord) -> Option<String> {
 
 fn front(tables: &SpeedTables<'_>) -> Vec<Block> {
     let bytes = |r: &SpeedAccuracyRecord| f64::from(r.size).powi(2) * r.bits_per_texel as f64 / 8.0;
-    let table = Table::of(tables.front())
+    let table = Table::of(tables.front().into_iter().chain(tables.nothing()))
         .left("technique", |r| &r.technique)
         .left("format", |r| &r.format)
         .right("map", |r| r.size)
@@ -75,7 +89,8 @@ fn front(tables: &SpeedTables<'_>) -> Vec<Block> {
         .right("map memory", |r| format!("{:.2} MiB", bytes(r) / f64::from(1 << 20)))
         .right("operations", |r| format!("{:.0}", r.operations))
         .right("cost", |r| format!("{:.3}", r.cost))
-        .right("error", error);
+        .right("error", error)
+        .right("relative", relative);
     let size = tables.full_size();
     let note = Text::from("Lower is better everywhere. ")
         .emphasis("Error")
@@ -83,6 +98,11 @@ fn front(tables: &SpeedTables<'_>) -> Vec<Block> {
             ": mean |G - F| over all fragments with two standard errors; F is PCF with a receiver plane on the \
              {size}x{size} map. "
         ))
+        .emphasis("Relative")
+        .and(
+            ": the sum of |G - F| over that of F, which is what calling every fragment lit errs by; ground in the light does \
+             not dilute it. Neighbours whose intervals overlap have no order. ",
+        )
         .emphasis("Cost")
         .and(
             ": modelled memory traffic and arithmetic of a frame, 1 for the first technique at full size; it is no \
@@ -102,21 +122,23 @@ fn techniques(tables: &SpeedTables<'_>) -> Vec<Block> {
     let (scenes, sizes) = (tables.scenes(), tables.sizes());
     let l1_error = |r: Option<&SpeedAccuracyRecord>| Text::from(r.map(|r| percent(r.l1_error, 2)));
     let cells = |r: &SpeedAccuracyRecord| {
-        let mut cells = row![&r.technique, &r.format, alpha(r), r.bits_per_texel, format!("{:.2}", r.cost)];
+        let mut cells =
+            row![&r.technique, &r.format, alpha(r), r.bits_per_texel, format!("{:.2}", r.cost), relative(r)];
         cells.extend(sizes.iter().map(|&size| {
             let same = |o: &&SpeedAccuracyRecord| {
                 o.size == size && o.technique == r.technique && o.format == r.format
             };
-            l1_error(tables.best().find(same))
+            l1_error(tables.best().chain(tables.nothing()).find(same))
         }));
         cells.extend(scenes.iter().map(|scene| l1_error(tables.part(r, scene, "all"))));
         cells
     };
     let mut full = tables.full();
+    full.extend(tables.nothing());
     full.sort_by(|a, b| a.l1_error.total_cmp(&b.l1_error));
     let table = Table::default()
         .left(["technique", "format"])
-        .right(["alpha", "bits", "cost"])
+        .right(["alpha", "bits", "cost", "relative"])
         .right(sizes.iter().map(|size| format!("at {size}")))
         .right(scenes.iter().copied())
         .rows(full.into_iter().map(cells));
