@@ -1,7 +1,9 @@
 //! From a scene to the fragments of its light views: what every kind of experiment on scenes starts from.
 
+mod camera;
 mod settings;
 
+pub(crate) use camera::Seen;
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
 
@@ -20,6 +22,8 @@ pub(crate) enum Source {
     Stack(ShadowMapStack),
 }
 
+type RenderedView<'a> = (Cow<'a, ShadowMapStack>, f64, Option<LightFrame>);
+
 /// A scene with its label and the views that are wanted.
 pub(crate) struct LoadedScene<'a> {
     pub(crate) label: &'a str,
@@ -32,6 +36,8 @@ pub(crate) struct Lit<'a> {
     pub(crate) stack: Cow<'a, ShadowMapStack>,
     pub(crate) map: DepthMap,
     pub(crate) texel_depth: f64,
+    /// From the world to the map; unknown for a stack that was rendered before.
+    pub(crate) frame: Option<LightFrame>,
     /// All fragments: light-facing entries whose kernel lies inside the map. Never empty.
     pub(crate) receivers: Vec<Receiver>,
 }
@@ -68,7 +74,8 @@ impl LoadedScene<'_> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
         };
-        let (stack, texel_depth) = self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
+        let (stack, texel_depth, frame) =
+            self.source.stack(light, size).map_err(|error| fail(error.to_string()))?;
         let (width, height) = (stack.width as usize, stack.height as usize);
         let map = depth_map(&stack).map_err(|error| fail(error.to_string()))?;
         let receivers = fragments(&stack, kernel);
@@ -81,7 +88,7 @@ impl LoadedScene<'_> {
             );
             return Err(EvaluationError::Key { key: "kernel.size".to_owned(), reason });
         }
-        Ok(Lit { stack, map, texel_depth, receivers })
+        Ok(Lit { stack, map, texel_depth, frame, receivers })
     }
 }
 
@@ -148,14 +155,14 @@ impl Source {
         Ok((Self::Scene(scene), views))
     }
 
-    /// The stack of a view, with the view's texel depth.
-    fn stack(&self, light: &LightView, size: u32) -> Result<(Cow<'_, ShadowMapStack>, f64), RenderError> {
+    /// The stack of a view, with the view's texel depth and frame.
+    fn stack(&self, light: &LightView, size: u32) -> Result<RenderedView<'_>, RenderError> {
         match self {
             Self::Scene(scene) => {
                 let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;
-                Ok((Cow::Owned(stack), texel_depth(&report.frame)))
+                Ok((Cow::Owned(stack), texel_depth(&report.frame), Some(report.frame)))
             }
-            Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack))),
+            Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack), None)),
         }
     }
 }

@@ -77,4 +77,39 @@ impl LightFrame {
             (dot(position, self.forward) - self.near) / self.depth_range,
         ]
     }
+
+    /// The world position at texel coordinates and a depth: the inverse of [`LightFrame::project`].
+    pub fn unproject(&self, [x, y, depth]: [f64; 3]) -> [f64; 3] {
+        let along = [
+            (x - self.origin_texel[0]) / self.texels_per_unit[0],
+            (y - self.origin_texel[1]) / self.texels_per_unit[1],
+            self.near + depth * self.depth_range,
+        ];
+        let axes = [self.right, self.down, self.forward];
+        [0, 1, 2].map(|k| axes.iter().zip(along).map(|(axis, t)| axis[k] * t).sum())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_come_back() {
+        let [right, down, forward] = LightFrame::axes([0.3, -1.0, 0.2]).unwrap();
+        let frame = LightFrame {
+            right,
+            down,
+            forward,
+            texels_per_unit: [20.0, 35.0],
+            origin_texel: [12.0, -3.0],
+            near: -4.0,
+            depth_range: 9.0,
+            width: 64,
+            height: 64,
+        };
+        let position = [1.5, -0.25, 7.0];
+        let back = frame.unproject(frame.project(position));
+        assert!((0..3).all(|k| (back[k] - position[k]).abs() < 1e-13), "{back:?}");
+    }
 }

@@ -42,7 +42,8 @@ impl View {
         light: &LightView,
         number: usize,
     ) -> Result<Self, EvaluationError> {
-        let Lit { stack, map, texel_depth, receivers } = scene.lit(light, experiment.scenery.size, kernel)?;
+        let Lit { stack, map, texel_depth, receivers, .. } =
+            scene.lit(light, experiment.scenery.size, kernel)?;
         let stack = stack.as_ref();
         let mut view = Self {
             scene: scene.label.to_owned(),
