@@ -13,10 +13,17 @@ use plotters::style::text_anchor::{HPos, VPos};
 pub(crate) const WIDTH: u32 = 800;
 pub(crate) const TITLE: u32 = 30;
 
-/// A kernel as an image beside charts of this height, which stand below each other above their legend.
+/// A rectangle over a kernel, in texels from its upper left corner.
+pub(crate) struct Outlined {
+    pub(crate) corner: [f64; 2],
+    pub(crate) size: [f64; 2],
+    pub(crate) colour: RGBColor,
+}
+
+/// A kernel with rectangles over it as an image beside charts of this height, which stand below each other above their legend.
 pub(crate) fn beside_charts(
     (id, title): (&str, &str),
-    (name, texels): (&str, &[&KernelRecord]),
+    kernel: (&str, &[&KernelRecord], &[Outlined]),
     (charts, height): (&[Chart<'_>], u32),
     entries: &[(Stroke, String)],
 ) -> Result<String, ReportError> {
@@ -27,7 +34,7 @@ pub(crate) fn beside_charts(
         let (top, rest) = root.split_vertically(TITLE * FINE);
         draw_title(&top, title)?;
         let (left, right) = rest.split_horizontally(KERNEL * FINE);
-        draw_kernel(&left, texels, name)?;
+        draw_kernel(&left, kernel)?;
         let (upper, lower) = right.split_vertically(height * FINE);
         for (chart, area) in charts.iter().zip(upper.split_evenly((charts.len(), 1))) {
             chart.draw(&area)?;
@@ -44,7 +51,7 @@ pub(crate) fn draw_title(area: &Area<'_>, title: &str) -> Drawn {
 }
 
 /// Texels as grey squares, white at the light and black at the far plane.
-fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
+fn draw_kernel(area: &Area<'_>, (name, texels, outlined): (&str, &[&KernelRecord], &[Outlined])) -> Drawn {
     let fine = FINE as i32;
     let across = 1 + texels.iter().map(|t| t.x_texel.max(t.y_texel)).max().unwrap_or_default() as i32;
     let (left, top) = (24 * fine, 24 * fine);
@@ -59,6 +66,12 @@ fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
         area.draw(&Rectangle::new(corners, RGBColor(grey, grey, grey).filled()))?;
     }
     area.draw(&Rectangle::new([(left, top), (left + edge, top + edge)], BLACK.stroke_width(3)))?;
+    for Outlined { corner, size, colour } in outlined {
+        let place = |k: usize, share: f64| (f64::from(side) * (corner[k] + share * size[k])).round() as i32;
+        let inside = |at: i32| at.clamp(0, edge);
+        let corners = [0.0, 1.0].map(|share| (left + inside(place(0, share)), top + inside(place(1, share))));
+        area.draw(&Rectangle::new(corners, colour.stroke_width(7)))?;
+    }
     let below = top + edge + 12 * fine;
     let lines = [
         format!("{across} x {across} texels: {name}"),

@@ -5,6 +5,7 @@ mod filterable;
 mod quantization;
 pub(crate) mod rows;
 mod search;
+mod soft_shadows;
 mod speed_accuracy;
 mod stability;
 
@@ -30,6 +31,7 @@ const KINDS: &[&KindPage] = &[
     &search::PAGE,
     &stability::PAGE,
     &speed_accuracy::PAGE,
+    &soft_shadows::PAGE,
 ];
 
 /// Error of four power moments over that of trigonometric moments, 2.19 % / 1.93 % (MSM15 section 3.2).
