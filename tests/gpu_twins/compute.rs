@@ -1,7 +1,10 @@
 //! Runs a WGSL function over an array of inputs.
 
 use graphics_device::{DeviceError, GraphicsDevice};
-use wgpu::{BindingResource, BufferUsages, TextureFormat, TextureUsages};
+use wgpu::{
+    BindGroupLayoutEntry, BindingResource, BindingType, BufferBindingType, BufferUsages, ShaderStages,
+    TextureFormat, TextureSampleType, TextureUsages, TextureViewDimension,
+};
 
 const GROUP: u32 = 64;
 
@@ -33,39 +36,104 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
 }}
 "
     );
+    let mut resources =
+        vec![Resource::Read(bytemuck::cast_slice(inputs)), Resource::Write(items * outputs_each * 4)];
+    resources.extend(depths.map(Resource::Depths));
+    let groups = (items as u32).div_ceil(GROUP);
+    run(&[(&source, "main", groups)], &resources, 1)
+}
+
+/// What a pass is given, in order of its bindings in group 0.
+#[derive(Clone, Copy)]
+pub enum Resource<'a> {
+    /// `var<storage, read>`.
+    Read(&'a [u8]),
+    /// `var<storage, read_write>` of so many bytes.
+    Write(usize),
+    /// `var<uniform>`.
+    Uniform(&'a [u8]),
+    /// `texture_2d<f32>`.
+    Depths(Depths<'a>),
+}
+
+/// Runs compute passes (module, entry point, number of groups) one after another, and reads one of the bindings.
+pub fn run<T: bytemuck::Pod>(
+    passes: &[(&str, &str, u32)],
+    resources: &[Resource<'_>],
+    read: usize,
+) -> Result<Vec<T>, DeviceError> {
     let gpu = GraphicsDevice::shared()?;
+    let entry = |(binding, resource): (u32, &Resource<'_>)| {
+        let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+        let ty = match resource {
+            Resource::Read(_) => buffer(BufferBindingType::Storage { read_only: true }),
+            Resource::Write(_) => buffer(BufferBindingType::Storage { read_only: false }),
+            Resource::Uniform(_) => buffer(BufferBindingType::Uniform),
+            Resource::Depths(_) => BindingType::Texture {
+                sample_type: TextureSampleType::Float { filterable: false },
+                view_dimension: TextureViewDimension::D2,
+                multisampled: false,
+            },
+        };
+        BindGroupLayoutEntry { binding, visibility: ShaderStages::COMPUTE, ty, count: None }
+    };
+    let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
     gpu.watched(|| {
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: None,
-            layout: None,
-            module: &gpu.shader(&source),
-            entry_point: Some("main"),
-            compilation_options: Default::default(),
-            cache: None,
-        });
-        let bytes = (items * outputs_each * 4) as u64;
-        let input = gpu.buffer_of("inputs", inputs, BufferUsages::STORAGE);
-        let output = gpu.buffer("outputs", bytes, BufferUsages::STORAGE | BufferUsages::COPY_SRC);
-        let texture = depths.map(|depths| texture(gpu, depths));
-        let mut resources = vec![input.as_entire_binding(), output.as_entire_binding()];
-        resources.extend(texture.iter().map(BindingResource::TextureView));
-        let entries: Vec<_> = (0..)
-            .zip(resources)
-            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
+        let layout = gpu
+            .device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries });
+        let usage = BufferUsages::STORAGE;
+        let buffer = |resource: &Resource<'_>| match *resource {
+            Resource::Read(bytes) => Some(gpu.buffer_of("read", bytes, usage)),
+            Resource::Write(bytes) => {
+                Some(gpu.buffer("written", bytes as u64, usage | BufferUsages::COPY_SRC))
+            }
+            Resource::Uniform(bytes) => Some(gpu.buffer_of("uniform", bytes, BufferUsages::UNIFORM)),
+            Resource::Depths(_) => None,
+        };
+        let buffers: Vec<_> = resources.iter().map(buffer).collect();
+        let views: Vec<_> = resources
+            .iter()
+            .map(|resource| match *resource {
+                Resource::Depths(depths) => Some(texture(gpu, depths)),
+                Resource::Read(_) | Resource::Write(_) | Resource::Uniform(_) => None,
+            })
             .collect();
+        let bound = buffers.iter().zip(&views).zip(0..).filter_map(|((buffer, view), binding)| {
+            let resource = match (buffer, view) {
+                (Some(buffer), _) => buffer.as_entire_binding(),
+                (None, view) => BindingResource::TextureView(view.as_ref()?),
+            };
+            Some(wgpu::BindGroupEntry { binding, resource })
+        });
+        let entries: Vec<_> = bound.collect();
         let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
-            layout: &pipeline.get_bind_group_layout(0),
+            layout: &layout,
             entries: &entries,
         });
+        let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            bind_group_layouts: &[Some(&layout)],
+            ..Default::default()
+        });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups((items as u32).div_ceil(GROUP), 1, 1);
-        drop(pass);
+        for (source, entry, groups) in passes {
+            let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: None,
+                layout: Some(&pipeline_layout),
+                module: &gpu.shader(source),
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            });
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(*groups, 1, 1);
+        }
         gpu.queue.submit([encoder.finish()]);
-        gpu.read(&output, 0, bytes)
+        let Some(Some(output)) = buffers.get(read) else { return Ok(Vec::new()) };
+        gpu.read(output, 0, output.size())
     })
 }
 

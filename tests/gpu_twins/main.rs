@@ -13,6 +13,7 @@ mod fragments;
 mod frames;
 mod modules;
 mod pairwise;
+mod soft_shadows;
 
 use std::process::ExitCode;
 
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
     trials.extend(modules::trials());
     trials.extend(frames::trials());
     trials.extend(pairwise::trials());
+    trials.extend(soft_shadows::trials());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()
 }

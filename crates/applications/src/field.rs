@@ -78,6 +78,11 @@ impl SummedMoments {
         Ok(Self { table, size, channels })
     }
 
+    /// The table itself, as a graphics processor holds it.
+    pub fn table(&self) -> &SummedAreaTable {
+        &self.table
+    }
+
     /// Number of regions that a query takes and the texels of the largest.
     pub fn regions(&self, region: &Region<f64>, fit: Fit) -> (usize, usize) {
         let [columns, rows] = self.pieces(region, fit);

@@ -68,6 +68,11 @@ impl SummedAreaTable {
         self.texels
     }
 
+    /// Sums over all texels up to and including (x, y), modulo 2^32: row by row, channels interleaved.
+    pub fn prefix_sums(&self) -> &[u32] {
+        &self.sums
+    }
+
     /// Sum of codes over a rectangle, exact for at most N texels.
     ///
     /// # Errors

@@ -5,6 +5,7 @@ mod filterable;
 mod penumbra;
 mod percentage_closer;
 mod reconstruction;
+mod shaders;
 mod storage;
 mod truth;
 mod view;
@@ -14,6 +15,9 @@ pub use filterable::{filterable_blockers, filterable_soft_shadow, filtered_hard_
 pub use penumbra::Penumbra;
 pub use percentage_closer::{DepthField, percentage_closer_blockers, percentage_closer_soft_shadow};
 pub use reconstruction::{Blockers, Reconstruction, ReconstructionError, Warp};
+pub use shaders::{
+    FilterSize, filterable_shader, penumbra_uniform, percentage_closer_shader, prefix_sums_shader,
+};
 pub use storage::Storage;
 pub use truth::{AreaTruth, OccludedFraction, TruthError, TruthSettings};
 pub use view::{SoftMethod, SoftReceiver, SoftShadow};
@@ -66,6 +70,17 @@ pub struct Filter<R> {
 }
 
 impl<R: Real> Filter<R> {
+    /// The same in another precision.
+    pub fn cast<S: Real>(&self) -> Filter<S> {
+        let cast = |value: R| S::from_f64(value.to_f64());
+        Filter {
+            fit: self.fit,
+            dithered: self.dithered,
+            least_width: cast(self.least_width),
+            full_bias_width: cast(self.full_bias_width),
+        }
+    }
+
     /// As BHS16 publishes it: interpolated, one bias for all sizes.
     pub fn published() -> Self {
         Self { fit: Fit::Covered, dithered: false, least_width: R::zero(), full_bias_width: R::zero() }
@@ -107,6 +122,18 @@ pub struct BlockerSearch<R> {
 }
 
 impl<R: Real> BlockerSearch<R> {
+    /// The same in another precision.
+    pub fn cast<S: Real>(&self) -> BlockerSearch<S> {
+        let cast = |value: R| S::from_f64(value.to_f64());
+        BlockerSearch {
+            epsilon: cast(self.epsilon),
+            umbra: cast(self.umbra),
+            fit: self.fit,
+            bias_share: cast(self.bias_share),
+            most_width: cast(self.most_width),
+        }
+    }
+
     /// As BHS16 publishes it.
     pub fn published() -> Self {
         Self {

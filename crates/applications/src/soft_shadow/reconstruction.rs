@@ -184,6 +184,11 @@ impl<R: Real> Reconstruction<R> {
         self.warp
     }
 
+    /// alpha.
+    pub fn moment_bias(&self) -> R {
+        self.moment_bias
+    }
+
     /// The same in another precision.
     pub fn cast<S: Real>(&self) -> Reconstruction<S> {
         let cast = |value: R| S::from_f64(value.to_f64());
@@ -198,6 +203,16 @@ impl<R: Real> Reconstruction<R> {
             stored: self.stored.cast(),
             centre: self.centre.map(cast),
         }
+    }
+
+    /// Which powers are stored.
+    pub fn storage(&self) -> Storage {
+        self.stored.storage()
+    }
+
+    /// b*.
+    pub fn centre(&self) -> &[R] {
+        &self.centre[..self.channels()]
     }
 
     /// Number of stored channels.

@@ -47,6 +47,10 @@ impl<R: Real> StoredPowers<R> {
         Self { storage: Storage::Unit, matrices: None }
     }
 
+    pub(super) fn storage(&self) -> Storage {
+        self.storage
+    }
+
     /// `None` for a transform of another order than four.
     pub(super) fn new(storage: Storage, channels: usize) -> Result<Option<Self>, QuantizationError> {
         if storage != Storage::Sparse {

@@ -159,16 +159,20 @@ fn mass_before(solution: ptr<function, Solution>) -> f32 {
     return sum;
 }
 
-fn bounds(b: array<f32, CHANNELS>, z: f32) -> vec2<f32> {
-    var solution = solve(b, variable(z));
+fn bounds_of_solution(solution: ptr<function, Solution>) -> vec2<f32> {
     var front = 0.0;
     var behind = 0.0;
-    for (var i = 0u; i < POINTS - 1u; i++) { if i < solution.count {
-        let w = solution.w[i];
-        let weight = christoffel(&solution, w);
+    for (var i = 0u; i < POINTS - 1u; i++) { if i < (*solution).count {
+        let w = (*solution).w[i];
+        let weight = christoffel(solution, w);
         front = select(front, front + weight, w < 0.0);
         behind = select(behind, behind + weight, w > 0.0);
     } }
-    let total = front + solution.at_z_f + behind;
-    return ordered(smaller(front / total, mass_before(&solution)), 1.0 - behind / total);
+    let total = front + (*solution).at_z_f + behind;
+    return ordered(smaller(front / total, mass_before(solution)), 1.0 - behind / total);
+}
+
+fn bounds(b: array<f32, CHANNELS>, z: f32) -> vec2<f32> {
+    var solution = solve(b, variable(z));
+    return bounds_of_solution(&solution);
 }

@@ -22,6 +22,12 @@ pub mod wgsl {
     pub(super) const HAMBURGER_4: &str = include_str!("hamburger4.wgsl");
     pub(super) const HAMBURGER_4_BOUNDS: &str = include_str!("hamburger4_bounds.wgsl");
     pub(super) const HAMBURGER_6: &str = include_str!("hamburger6.wgsl");
+    pub(super) const IN_FRONT: &str = include_str!("in_front.wgsl");
+    pub(super) const IN_FRONT_2: &str = include_str!("in_front2.wgsl");
+    pub(super) const IN_FRONT_4: &str = include_str!("in_front4.wgsl");
+    pub(super) const IN_FRONT_HAMBURGER_4: &str = include_str!("in_front_hamburger4.wgsl");
+    pub(super) const IN_FRONT_6: &str = include_str!("in_front6.wgsl");
+    pub(super) const IN_FRONT_HAUSDORFF_4: &str = include_str!("in_front_hausdorff4.wgsl");
     pub(super) const BIAS: &str = include_str!("bias.wgsl");
     pub(super) const HAUSDORFF_4: &str = include_str!("hausdorff4.wgsl");
     pub(super) const TRIGONOMETRIC_4: &str = include_str!("trigonometric4.wgsl");

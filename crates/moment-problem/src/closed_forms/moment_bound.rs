@@ -249,6 +249,19 @@ impl MomentBound {
             Self::Trigonometric4 => &[ELEMENTARY, ROOTS, CHEBYSHEV, TRIGONOMETRIC_4, BIAS],
         })
     }
+
+    /// Parts that follow those of [`MomentBound::wgsl`]: `in_front(b, z_f) -> InFront`, depths and weights of
+    /// [`MomentBound::in_front`] from biased moments, as values of [`MomentBound::variable`].
+    pub fn wgsl_in_front(self) -> Option<&'static [&'static str]> {
+        use super::wgsl::*;
+        Some(match self {
+            Self::Hamburger2 => &[IN_FRONT, IN_FRONT_2],
+            Self::Hamburger4 => &[IN_FRONT, IN_FRONT_4, IN_FRONT_HAMBURGER_4],
+            Self::Hamburger6 => &[IN_FRONT, IN_FRONT_6],
+            Self::Hausdorff4 => &[IN_FRONT, IN_FRONT_4, IN_FRONT_HAUSDORFF_4],
+            Self::Hamburger8 | Self::Trigonometric4 => return None,
+        })
+    }
 }
 
 fn leading<R: Real, const M: usize>(moments: &[R]) -> [R; M] {
