@@ -15,6 +15,9 @@ use applications::soft_shadow::Fragment;
 /// Depths from 0 to 1 at which a reconstruction is asked.
 const DEPTHS: usize = 241;
 
+/// Filters of at least so many texels across are shown.
+const WIDE: f64 = 6.0;
+
 /// The three tables of all receivers.
 #[derive(Default)]
 struct Tables {
@@ -62,7 +65,11 @@ fn draw_one(
     let (first, bias) = (techniques[0], best[techniques[0]][light]);
     let errors = judged.intensities[first][bias].iter().zip(&judged.truth);
     let errors = errors.map(|(&answer, truth)| (f64::from(answer) - truth.fraction).abs());
-    let worst = errors.enumerate().filter(|(_, error)| error.is_finite()).max_by(|a, b| a.1.total_cmp(&b.1));
+    // In a wide penumbra there is something to see; without any, wherever it errs most.
+    let is_wide = |i: usize| judged.widths[i] >= WIDE;
+    let any_wide = (0..judged.widths.len()).any(is_wide);
+    let shown = errors.enumerate().filter(|(i, error)| error.is_finite() && (is_wide(*i) || !any_wide));
+    let worst = shown.max_by(|a, b| a.1.total_cmp(&b.1));
     let Some((worst, _)) = worst else { return Ok(()) };
     let point = &view.points[0][worst];
     let [x, y] = point.position;

@@ -19,7 +19,7 @@ pub struct SoftRecord {
     pub technique: String,
     /// Position in the experiment's list of depth biases.
     pub bias: usize,
-    /// Whether it is the technique's best one under this light, over all fragments.
+    /// Whether it is the technique's best one under this light, fragments and pixels weighing alike.
     pub best: bool,
     /// `all`, `width` (of the filter of percentage-closer soft shadows) or `layers`.
     pub group: String,

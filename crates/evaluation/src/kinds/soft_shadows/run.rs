@@ -193,19 +193,22 @@ impl SoftPlan<'_> {
         }
     }
 
-    /// The bias of least mean error over all fragments, by technique and light.
+    /// The bias of least mean error, by technique and light: fragments and pixels weigh alike. Fragments at the centres of
+    /// texels shadow themselves less than what a camera sees does, and would do without a bias.
     fn best(&self, findings: &[Finding]) -> Vec<Vec<usize>> {
-        let mean = |technique: usize, light: usize, bias: usize| {
+        let of_population = |population: usize, technique: usize, light: usize, bias: usize| {
             let of_light = findings.iter().filter(|finding| finding.light == light);
             let errors = of_light.flat_map(|finding| {
-                let judged = &finding.judged[0];
+                let judged = &finding.judged[population];
                 let answers = judged.intensities[technique][bias].iter().zip(&judged.truth);
                 answers.map(|(&answer, truth)| (f64::from(answer) - truth.fraction).abs())
             });
-            let (sum, count) = errors
-                .filter(|error| error.is_finite())
-                .fold((0.0, 0usize), |(s, n), error| (s + error, n + 1));
-            if count > 0 { sum / count as f64 } else { f64::INFINITY }
+            let valid = errors.filter(|error| error.is_finite());
+            let (sum, count) = valid.fold((0.0, 0usize), |(sum, count), error| (sum + error, count + 1));
+            if count > 0 { sum / count as f64 } else { 0.0 }
+        };
+        let mean = |technique: usize, light: usize, bias: usize| {
+            (0..POPULATIONS.len()).map(|p| of_population(p, technique, light, bias)).sum::<f64>()
         };
         let best = |technique: usize, light: usize| {
             let biases = 0..self.experiment.bias.len();

@@ -33,7 +33,7 @@ pub struct SoftShadowsExperiment {
     pub pixels: usize,
     /// Shadow rays.
     pub truth: TruthSetting,
-    /// Depth biases; every method is told with the best of them for the light.
+    /// Depth biases; every method is told with the best of them for each light; sweeps take the first.
     pub bias: Vec<DepthBias>,
     /// The lights, as every view has them.
     pub light: Vec<LightSetting>,
@@ -118,7 +118,7 @@ pub struct SoftPicture {
     pub insets: Vec<[u32; 3]>,
 }
 
-/// What techniques make of the receiver where the first of them errs most.
+/// What techniques make of the receiver where the first of them errs most, in a wide penumbra if there is one.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReceiverPicture {

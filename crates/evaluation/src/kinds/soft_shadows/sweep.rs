@@ -68,6 +68,11 @@ struct Trial {
     exact: f64,
 }
 
+/// With an exponent where that is shorter.
+fn written(value: f64) -> String {
+    if value == 0.0 || value >= 1e-3 { format!("{value}") } else { format!("{value:e}") }
+}
+
 /// Trials of all variants of all sweeps, by sweep and variant.
 #[derive(Default)]
 pub(super) struct Sweeps {
@@ -81,7 +86,7 @@ impl Sweep {
             let numbers = |values: &[f64], change: &dyn Fn(f64) -> MethodSetting| -> Vec<Variant> {
                 let variant = |&value: &f64| Variant {
                     technique,
-                    setting: format!("{value}"),
+                    setting: written(value),
                     value: Some(value),
                     method: change(value),
                     degrees: None,

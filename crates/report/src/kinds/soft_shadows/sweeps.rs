@@ -132,15 +132,13 @@ fn by_width(tables: &SoftTables<'_>, sweep: &Sweep) -> Vec<Block> {
 pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let mut drawings = Vec::new();
     for sweep in &tables.experiment.sweep {
-        let mut curves: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+        let mut curves: Vec<Vec<&SweepRecord>> = Vec::new();
         for technique in distinct(sweep.techniques.iter()) {
-            let points = rows(tables, &sweep.id, technique)
-                .into_iter()
-                .filter(|r| r.refused < r.receivers)
-                .filter_map(|r| Some((r.value?, r.mean_error)));
-            curves.push((technique.clone(), points.collect()));
+            let answered = |r: &&SweepRecord| r.refused < r.receivers && r.value.is_some();
+            curves.push(rows(tables, &sweep.id, technique).into_iter().filter(answered).collect());
         }
-        if curves.iter().all(|(_, points)| points.len() < 2) {
+        curves.retain(|points| !points.is_empty());
+        if curves.iter().all(|points| points.len() < 2) {
             continue;
         }
         let id = format!("sweep-{}", sweep.id);
@@ -151,49 +149,45 @@ pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportErro
     Ok(drawings)
 }
 
-fn draw(root: &Area<'_>, (title, label): (&str, &str), curves: &[(String, Vec<(f64, f64)>)]) -> Drawn {
+fn draw(root: &Area<'_>, (title, label): (&str, &str), curves: &[Vec<&SweepRecord>]) -> Drawn {
     let (top, rest) = root.split_vertically(30 * FINE);
     draw_title(&top, title)?;
     let (plot, key) = rest.split_vertically(rest.dim_in_pixel().1 as i32 - 40 * FINE as i32);
-    let values = || curves.iter().flat_map(|(_, points)| points);
-    let positive = values().map(|p| p.0).filter(|&x| x > 0.0);
-    let least = positive.fold(f64::INFINITY, f64::min);
-    let most = values().map(|p| p.0).fold(0.0, f64::max);
-    let highest = values().map(|p| p.1).fold(0.0, f64::max);
-    let place = |x: f64| if x > 0.0 { x } else { ZERO * least };
-    let first = values().map(|p| place(p.0)).fold(f64::INFINITY, f64::min);
+    let values = || curves.iter().flatten().filter_map(|r| r.value);
+    let least = values().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+    let place = |r: &SweepRecord| r.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least);
+    let first = curves.iter().flatten().map(|r| place(r)).fold(f64::INFINITY, f64::min);
+    let last = values().fold(0.0, f64::max);
+    let highest = curves.iter().flatten().map(|r| r.mean_error).fold(0.0, f64::max);
+    let mut ticks: Vec<(f64, &str)> =
+        curves.iter().flatten().map(|r| (place(r), r.setting.as_str())).collect();
+    ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ticks.dedup();
     let mut builder = ChartBuilder::on(&plot);
     builder.margin_left(6 * FINE).margin_top(6 * FINE).margin_right(16 * FINE);
     builder.x_label_area_size(42 * FINE).y_label_area_size(56 * FINE);
-    let ticks: Vec<f64> = {
-        let mut ticks: Vec<f64> = values().map(|p| place(p.0)).collect();
-        ticks.sort_by(f64::total_cmp);
-        ticks.dedup();
-        ticks
-    };
-    let axis = (0.8 * first..1.25 * most).log_scale().with_key_points(ticks);
+    let axis = (0.8 * first..1.25 * last).log_scale();
+    let axis = axis.with_key_points(ticks.iter().map(|tick| tick.0).collect());
     let mut chart = builder.build_cartesian_2d(axis, 0.0..1.1 * highest.max(1e-6))?;
-    let tick = |value: &f64| if *value < 0.9 * least { "0".to_owned() } else { short(*value) };
+    let tick = |value: &f64| {
+        let of = ticks.iter().find(|tick| tick.0 == *value);
+        of.map_or(String::new(), |tick| tick.1.to_owned())
+    };
     let mut grid = mesh(&mut chart, 11);
     grid.x_label_formatter(&tick).y_label_formatter(&|error| percent(*error, 1)).y_labels(7);
     grid.x_desc(label).y_desc("mean |method - truth|");
     grid.draw()?;
     let mut entries = Vec::new();
-    for (n, (name, points)) in curves.iter().enumerate() {
+    for (n, points) in curves.iter().enumerate() {
         let stroke = Stroke::nth(n);
-        line(&mut chart, points.iter().map(|&(x, y)| (place(x), y)).collect(), stroke)?;
-        let marks = points.iter().map(|&(x, y)| Circle::new((place(x), y), 3 * FINE, stroke.colour.filled()));
-        chart.draw_series(marks)?;
-        for &(x, y) in points {
-            let at = chart.backend_coord(&(place(x), y));
-            around(at, 6 * FINE as i32, &format!("{name} at {}: {}", short(x), percent(y, 2)));
+        line(&mut chart, points.iter().map(|r| (place(r), r.mean_error)).collect(), stroke)?;
+        for row in points {
+            let at = (place(row), row.mean_error);
+            chart.draw_series([Circle::new(at, 3 * FINE, stroke.colour.filled())])?;
+            let label = format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2));
+            around(chart.backend_coord(&at), 6 * FINE as i32, &label);
         }
-        entries.push((stroke, name.clone()));
+        entries.extend(points.first().map(|row| (stroke, row.technique.clone())));
     }
     legend(&key, &entries, 3)
-}
-
-/// Few digits, without an exponent where that is short.
-fn short(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e4).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }

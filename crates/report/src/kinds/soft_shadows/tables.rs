@@ -94,8 +94,8 @@ fn errors(tables: &SoftTables<'_>) -> Vec<Block> {
     blocks.push(Block::paragraph(format!(
         "All in percent of the light; less is better. Error: mean |method - truth|, on the light-facing fragments of the stack \
          and on what the camera sees. Signed: below 0 light leaks, above 0 shadows fall where none belong. From the first: mean \
-         distance from {}. Bias: the depth bias in texel depths and slopes s of the receiver with which the method is best on all \
-         fragments. Every method knows the light; those with a size in their name look no further than that.",
+         distance from {}. Bias: the depth bias in texel depths and slopes s of the receiver with which the method is best, \
+         fragments and pixels weighing alike. Every method knows the light; those with a size in their name look no further than that.",
         tables.experiment.technique[0].name
     )));
     blocks
