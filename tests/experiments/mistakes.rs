@@ -280,7 +280,7 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
         ("values = { degrees = [0.0,", "values = { degrees = [200.0,", "200 degrees"),
         ("values = { region = [0.5,", "values = { region = [0.0,", "region = 0 "),
         ("techniques = [\"single precision\"]", "techniques = []", "techniques is empty"),
-        ("insets = [[", "insets = [[400, 0, 64], [", "[400, 0, 64]"),
+        ("insets = [[", "insets = [[400, 0, 64], [", "inset [400, 0, 64]"),
         ("method = {}", "method = { bound = \"hamburger4\" }", "no percentage-closer method"),
     ];
     refused(&folder, &text, &cases);

@@ -27,7 +27,7 @@ fn one(tables: &SoftTables<'_>, picture: &ReceiverPicture) -> Result<Option<Draw
         return Ok(None);
     };
     let depths: Vec<f64> = texels.iter().map(|t| t.depth).collect();
-    let distribution = DepthDistribution::new(&depths, &vec![1.0; depths.len()])
+    let distribution = DepthDistribution::new(&depths, &vec![1.0 / depths.len() as f64; depths.len()])
         .map_err(|_| ReportError::Empty { figure: picture.id.clone() })?;
     let kernel: Vec<KernelRecord> = texels
         .iter()
@@ -38,7 +38,7 @@ fn one(tables: &SoftTables<'_>, picture: &ReceiverPicture) -> Result<Option<Draw
             depth: t.depth,
         })
         .collect();
-    let mut entries = vec![(F_STROKE, "texels of the search region (PCF)".to_owned())];
+    let mut entries = vec![(F_STROKE, "texels of the search region".to_owned())];
     let (mut curves, mut outlined) = (Vec::new(), Vec::new());
     let mut arrows = vec![Arrow {
         depth: first.depth,
@@ -53,7 +53,7 @@ fn one(tables: &SoftTables<'_>, picture: &ReceiverPicture) -> Result<Option<Draw
         entries.push((
             stroke,
             format!(
-                "{}: {}, filter {:.1} x {:.1}",
+                "{}: {} by {:.0} x {:.0}",
                 row.technique,
                 percent(row.intensity, 0),
                 row.width,
@@ -81,7 +81,7 @@ fn one(tables: &SoftTables<'_>, picture: &ReceiverPicture) -> Result<Option<Draw
         arrows,
     };
     let title = format!(
-        "Where {} errs most: {} from {}, texel ({:.0}, {:.0})",
+        "Where {} errs most in a wide penumbra: {} from {}, texel ({:.0}, {:.0})",
         first.technique,
         first.scene,
         first.view,
