@@ -6,10 +6,10 @@ use crate::staging::Staging;
 use anyhow::{Context, anyhow};
 use clap::ValueEnum;
 use graphics_device::AdapterName;
-use scenes::{LightView, Scene, SceneError, load_scene, procedural, read_views};
+use scenes::{AreaLight, LightView, Scene, SceneError, load_scene, procedural, read_views};
 use serde::Serialize;
 use shadow_renderer::{
-    Backend, Frame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_stack,
+    Backend, Frame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_view,
 };
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -33,9 +33,13 @@ pub struct Arguments {
     /// procedural scenes, (0.8, -0.6, 0.35) for files.
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     view: Option<String>,
-    /// Light views in place of the scene's own: a TOML file of `view` tables with name and direction.
+    /// Light views in place of the scene's own: a TOML file of `view` tables with name, direction and light.
     #[arg(long, value_name = "FILE.toml")]
     views: Option<PathBuf>,
+    /// A light of some size in place of the view's: sun:DEGREES or sun:AxB along the direction of the view, or in space
+    /// rect:CENTRE;U;V or disc:CENTRE;U;V with the half axes U and V, shining along U x V; vectors are x,y,z.
+    #[arg(long, value_name = "LIGHT", allow_hyphen_values = true, conflicts_with = "views")]
+    light: Option<AreaLight>,
     /// Texels of the shadow map, N for a square or WxH.
     #[arg(long, default_value = "1024", value_name = "N|WxH", value_parser = parse_size, allow_hyphen_values = true)]
     size: [u32; 2],
@@ -109,8 +113,23 @@ impl Arguments {
         Ok(scene)
     }
 
-    /// The light: a view's name first, else a direction.
+    /// The light that was asked for, a local one by itself, others along a view.
     fn light(&self, views: &[LightView]) -> Result<LightView, Failure> {
+        let Some(light) = self.light else { return self.view(views) };
+        if light.front().is_none() {
+            let along = self.view(views)?;
+            return Ok(LightView::new(format!("{} {light}", along.name), light, along.direction));
+        }
+        match &self.view {
+            None => Ok(LightView::new(light.to_string(), light, [0.0; 3])),
+            Some(view) => {
+                Err(Failure::Input(anyhow!("--view {view}: the light `{light}` shines along U x V")))
+            }
+        }
+    }
+
+    /// A view's name first, else a direction.
+    fn view(&self, views: &[LightView]) -> Result<LightView, Failure> {
         let Some(wanted) = &self.view else {
             let none = || Failure::Input(anyhow!("the scene has no light view; give --view x,y,z"));
             return views.first().cloned().ok_or_else(none);
@@ -133,7 +152,7 @@ impl Arguments {
             let what = "is no direction: it must be finite and not zero";
             return Err(Failure::Input(anyhow!("--view: `{wanted}` {what}")));
         }
-        Ok(LightView { name: format!("light {wanted}"), direction })
+        Ok(LightView::directional(format!("light {wanted}"), direction))
     }
 }
 
@@ -152,6 +171,8 @@ struct Answer {
     scene: String,
     view: String,
     direction: [f32; 3],
+    /// As `--light` takes it.
+    light: AreaLight,
     width: u32,
     height: u32,
     backend: &'static str,
@@ -200,6 +221,8 @@ struct Light {
     right: [f64; 3],
     down: [f64; 3],
     forward: [f64; 3],
+    /// Where a local light's map is seen from; null for a directional light.
+    eye: Option<[f64; 3]>,
     texels_per_unit: [f64; 2],
     origin_texel: [f64; 2],
     near: f64,
@@ -248,8 +271,13 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
     spinner.step("rendering the stack");
     let [width, height] = arguments.size;
-    let (stack, report) = render_stack(&scene, light.direction, width, height, arguments.backend.into())
-        .map_err(render_failure)?;
+    let (stack, report) = render_view(&scene, &light, width, height, arguments.backend.into()).map_err(
+        |error| match error {
+            RenderError::Light(_) if arguments.light.is_some() => Failure::Input(anyhow!("--light: {error}")),
+            RenderError::Light(_) => Failure::Input(anyhow!("view `{}`: {error}", light.name)),
+            other => render_failure(other),
+        },
+    )?;
 
     spinner.step("writing the stack and pictures");
     let writing = Instant::now();
@@ -278,7 +306,7 @@ fn write(
     pictures::layer_count_image(stack).save(staging.path(layers)).with_context(|| layers.clone())?;
     let frame = Frame::render(scene, PICTURE[0], PICTURE[1]).map_err(render_failure)?;
     let visibility = frame.hard_shadow(stack, &report.frame);
-    let shaded = frame.shade(light.direction, &visibility);
+    let shaded = frame.shade(light, &visibility);
     Ok(shaded.save(staging.path(picture)).with_context(|| picture.clone())?)
 }
 
@@ -296,6 +324,7 @@ fn answer(
         scene: scene.name.clone(),
         view: light.name,
         direction: light.direction,
+        light: light.light,
         width: stack.width,
         height: stack.height,
         backend: if report.adapter.is_some() { "gpu" } else { "cpu" },
@@ -311,6 +340,7 @@ fn answer(
             right: frame.right,
             down: frame.down,
             forward: frame.forward,
+            eye: frame.eye,
             texels_per_unit: frame.texels_per_unit,
             origin_texel: frame.origin_texel,
             near: frame.near,
@@ -333,7 +363,11 @@ fn answer(
 
 fn write_table(out: &mut dyn Write, answer: &Answer) -> io::Result<()> {
     let [x, y, z] = answer.direction;
-    writeln!(out, "{}, {}: light along ({x}, {y}, {z})", answer.scene, answer.view)?;
+    write!(out, "{}, {}: light along ({x}, {y}, {z})", answer.scene, answer.view)?;
+    if answer.light.has_extent() {
+        write!(out, ", {}", answer.light)?;
+    }
+    writeln!(out)?;
     writeln!(
         out,
         "triangles  {} (without area: {} dropped on loading, {} on the map)",

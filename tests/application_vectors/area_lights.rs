@@ -1,5 +1,6 @@
 //! What area lights do: the truth by shadow rays, and percentage-closer soft shadows in their exact case.
 
+use applications::PlacedLight;
 use applications::field::Fit;
 use applications::rays::Triangles;
 use applications::region::Region;
@@ -7,9 +8,9 @@ use applications::soft_shadow::{
     AreaTruth, BlockerSearch, Blockers, DepthField, Filter, Fragment, Penumbra, TruthSettings,
     percentage_closer_soft_shadow,
 };
-use applications::{Outline, PlacedLight};
 use libtest_mimic::Failed;
 use rayon::prelude::*;
+use scenes::Outline;
 
 use crate::table::{Row, Table, close};
 

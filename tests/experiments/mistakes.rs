@@ -266,6 +266,7 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
     let cases = [
         ("shape = \"sun:4x4\"", "shape = \"sun:infx4\"", "`inf` is no finite number"),
         ("shape = \"sun:4x4\"", "shape = \"moon:4\"", "moon:4"),
+        ("shape = \"sun:4x4\"", "shape = \"rect:0,9,0;1,0,0;0,0,1\"", "is a place in one scene"),
         ("standard_error = 0.005", "standard_error = 0.0", "standard_error = 0"),
         ("most_rays = 16384", "most_rays = 8", "most_rays = 8"),
         ("camera = [320, 240]", "camera = [0, 240]", "camera = 0x240"),
@@ -298,7 +299,7 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
     .enumerate()
     {
         let path = folder.join(format!("late-{i}.toml"));
-        let views = text.replacen("views = [\"high\"]", "views = []", 1);
+        let views = text.replacen("views = [\"high\", \"lamp\"]", "views = []", 1);
         std::fs::write(&path, views.replacen(old, new, 1)).unwrap();
         let results = folder.join("late");
         let output =

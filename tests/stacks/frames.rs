@@ -23,7 +23,7 @@ fn ground_and_shadow() -> Result<(), Failed> {
     let frame = Frame::render(&scene, 160, 120)?;
     let (stack, report) = render_stack(&scene, down, 256, 256, Backend::Cpu)?;
     let visibility = frame.hard_shadow(&stack, &report.frame);
-    let picture = frame.shade(down, &visibility);
+    let picture = frame.shade(&LightView::directional("down", down), &visibility);
     let (mut lit, mut shadowed) = (0, 0);
     for (i, &triangle) in frame.triangle.iter().enumerate() {
         if triangle == NO_TRIANGLE {

@@ -12,6 +12,7 @@ mod compare;
 mod depth_maps;
 mod files;
 mod frames;
+mod local_lights;
 mod scenes;
 mod stencil;
 mod whole_scenes;
@@ -32,13 +33,16 @@ fn cpu(case: &Case) -> ShadowMapStack {
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let mut trials = Vec::new();
-    for case in scenes::cases().into_iter().map(Arc::new) {
+    for case in scenes::cases().into_iter().chain(local_lights::cases()).map(Arc::new) {
         let name = case.name.replace(' ', "_");
         let brute = case.clone();
         trials.push(Trial::test(format!("brute_force::{name}"), move || {
             let stack = cpu(&brute);
             stack.validate()?;
-            Ok(brute_force::check(&brute, &stack)?)
+            Ok(match brute.frame.eye {
+                None => brute_force::check(&brute, &stack)?,
+                Some(_) => local_lights::check(&brute, &stack)?,
+            })
         }));
         let threads = case.clone();
         trials.push(Trial::test(format!("threads::{name}"), move || thread_counts(&threads)));
@@ -61,6 +65,7 @@ fn main() -> ExitCode {
     trials.extend(files::trials());
     trials.extend(bad_input::trials());
     trials.extend(frames::trials());
+    trials.extend(local_lights::trials());
     trials.extend(whole_scenes::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }

@@ -40,7 +40,7 @@ pub fn scene_of(corners: &[[f32; 3]]) -> Scene {
         triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
         triangle_material: vec![0; count as usize],
         materials: vec![Material { name: "grey".into(), albedo: [0.5; 3], mask: None }],
-        views: vec![LightView { name: "sun".into(), direction: SLANTED }],
+        views: vec![LightView::directional("sun", SLANTED)],
         camera: Camera { eye: [4.0, 3.0, 5.0], target: [0.0; 3], vertical_fov: 0.8 },
         degenerate_triangles: 0,
     }

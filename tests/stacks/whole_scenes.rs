@@ -24,16 +24,15 @@ const PUBLIC: [(&str, &[[f32; 3]]); 5] = [
 pub fn trials() -> Vec<Trial> {
     let mut trials = Vec::new();
     for name in procedural::NAMES {
-        // Loaded once, by the first of the four trials that runs.
+        // Loaded once, by the first of the trials that runs.
         let scene = Arc::new(OnceLock::new());
-        for view in 0..4 {
+        for (view, label) in ["high", "oblique", "long", "grazing", "wide", "lamp"].into_iter().enumerate() {
             let scene = scene.clone();
-            let label = ["high", "oblique", "long", "grazing"][view];
             trials.push(gpu_trial(format!("gpu_whole::{name}_{label}"), move || {
                 let scene = scene.get_or_init(|| procedural(name, procedural::DEFAULT_SEED));
                 let scene = scene.as_ref().ok_or("no such scene")?;
-                assert_eq!((scene.views.len(), scene.views[view].name.as_str()), (4, label));
-                gpu_equals_cpu(scene, scene.views[view].direction)
+                assert_eq!((scene.views.len(), scene.views[view].name.as_str()), (6, label));
+                gpu_equals_cpu(scene, &scene.views[view])
             }));
         }
     }
@@ -49,7 +48,8 @@ pub fn trials() -> Vec<Trial> {
             }
             let path = path.clone();
             trials.push(gpu_trial(name, move || {
-                gpu_equals_cpu(&load_scene(&path.to_string_lossy())?, direction)
+                let view = LightView::directional("public", direction);
+                gpu_equals_cpu(&load_scene(&path.to_string_lossy())?, &view)
             }));
         }
     }
@@ -57,9 +57,9 @@ pub fn trials() -> Vec<Trial> {
 }
 
 /// Offsets, depths, gradients and facing, bit for bit.
-fn gpu_equals_cpu(scene: &Scene, direction: [f32; 3]) -> Result<(), Failed> {
-    let (on_cpu, _) = render_stack(scene, direction, SIZE, SIZE, Backend::Cpu)?;
-    let (on_gpu, report) = render_stack(scene, direction, SIZE, SIZE, Backend::Gpu)?;
+fn gpu_equals_cpu(scene: &Scene, view: &LightView) -> Result<(), Failed> {
+    let (on_cpu, _) = render_view(scene, view, SIZE, SIZE, Backend::Cpu)?;
+    let (on_gpu, report) = render_view(scene, view, SIZE, SIZE, Backend::Gpu)?;
     // A silent fallback would compare the CPU with itself.
     if let Some(reason) = report.fallback {
         return Err(format!("the GPU did not render: {reason}").into());

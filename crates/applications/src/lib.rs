@@ -34,8 +34,7 @@ pub mod scattering;
 pub mod soft_shadow;
 pub mod stochastic;
 pub mod temporal;
-mod vector;
 
 pub use application::{Application, Estimate, errors, truths};
-pub use area_light::{AreaLight, LightError, Outline, PlacedLight, SUN_DEGREES};
+pub use area_light::PlacedLight;
 pub use hard_shadow::{BiasSetting, HardShadow, PreparedShadow, ShadowMethod};

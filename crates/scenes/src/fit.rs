@@ -1,8 +1,8 @@
 //! What a file may lack: ground to receive shadows, and a camera that shows the scene.
 
 use crate::arrays::{Mesh, SceneArrays, doubled_area, unit};
-use crate::vector::{cross, dot, normalize};
-use crate::{Camera, Material};
+use crate::vector::{cross, dot, norm, normalize};
+use crate::{AreaLight, Camera, LightView, Material, Outline};
 
 /// Name of the material of a ground plane that was added on loading.
 pub(crate) const GROUND_ADDED: &str = "ground_added";
@@ -47,6 +47,35 @@ impl Bounds {
     fn centre(&self) -> [f64; 3] {
         std::array::from_fn(|axis| 0.5 * (self.max[axis] + self.min[axis]))
     }
+}
+
+/// Angular diameter in degrees and direction of the sun that every scene has.
+const WIDE_SUN: (f64, [f32; 3]) = (10.0, [0.8, -0.6, 0.35]);
+
+/// Axes of the lamp that every scene has, orthonormal, in thousandths: along the map's rows, down its columns, and the way it
+/// shines.
+const LAMP: [[f64; 3]; 3] = [[-960.0, 0.0, -280.0], [224.0, -600.0, -768.0], [-168.0, -800.0, 576.0]];
+/// Distance of the lamp from the middle of the scene and its half size, in units of half the scene's diagonal. It sees the
+/// whole scene within 42 degrees.
+const LAMP_DISTANCE: f64 = 1.5;
+const LAMP_HALF_SIZE: f64 = 0.05;
+
+/// Two lights with an extent: `wide`, a sun, and `lamp`, a square, which is left out where coordinates have no room for it.
+pub(crate) fn area_views(bounds: &Bounds) -> Vec<LightView> {
+    let (degrees, direction) = WIDE_SUN;
+    let wide = AreaLight::Sun { outline: Outline::Disc, degrees: [degrees; 2] };
+    let radius = 0.5 * norm(bounds.size());
+    // Few digits, so that the light can be written down: the power of two at or below a 64th of the radius.
+    let step = f64::from_bits(radius.to_bits() & (0x7ff << 52)) / 64.0;
+    let rounded = |value: f64| (value / step).round() * step;
+    let [right, down, forward] = LAMP;
+    let middle = bounds.centre();
+    let centre = [0, 1, 2].map(|k| rounded(middle[k] - LAMP_DISTANCE * radius * forward[k] / 1000.0));
+    let half = rounded(LAMP_HALF_SIZE * radius);
+    let half_axes = [right, down].map(|axis| axis.map(|c| half * c / 1000.0));
+    let lamp = AreaLight::local(Outline::Rectangle, centre, half_axes);
+    let views = [Some(("wide", wide)), lamp.ok().map(|lamp| ("lamp", lamp))];
+    views.into_iter().flatten().map(|(name, light)| LightView::new(name, light, direction)).collect()
 }
 
 /// Whether the scene brings its own ground: a used material is named like one ("ground" or "floor", any case),

@@ -1,6 +1,7 @@
 //! What is rendered: triangles with materials, alpha masks, light views and a camera, made by a procedure or read from
 //! glTF and OBJ files. Nothing here renders.
 
+mod area_light;
 mod arrays;
 mod check;
 mod error;
@@ -11,6 +12,7 @@ mod scene;
 pub mod vector;
 mod views;
 
+pub use area_light::{AreaLight, LightError, Outline, SUN_DEGREES};
 pub use error::{FileFault, InvalidScene, SceneError};
 pub use load::{load_gltf_bytes, load_obj_bytes, load_scene, load_with_files};
 pub use procedural::procedural;

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use crate::AreaLight;
+
 /// Largest magnitude of a world-space coordinate. Squares of differences stay finite in 32-bit floats.
 pub(crate) const MAX_COORDINATE: f64 = 1e15;
 
@@ -29,6 +31,34 @@ pub struct AlphaMask {
     pub cutoff: u8,
 }
 
+/// Sides of alpha masks, in texels, that the fixed point of shadow maps has bits for.
+const MASK_SIDES: std::ops::RangeInclusive<u32> = 1..=65_535;
+
+impl AlphaMask {
+    /// What is wrong with it: a size that is not supported, or another number of values.
+    pub fn fault(&self) -> Option<String> {
+        let Self { width, height, ref alpha, .. } = *self;
+        if !MASK_SIDES.contains(&width) || !MASK_SIDES.contains(&height) {
+            let (least, most) = (MASK_SIDES.start(), MASK_SIDES.end());
+            return Some(format!("has {width}x{height} texels, each side must lie in {least}..={most}"));
+        }
+        let wrong = alpha.len() as u64 != u64::from(width) * u64::from(height);
+        wrong.then(|| format!("has {} values for {width}x{height} texels", alpha.len()))
+    }
+
+    /// Whether there is a surface at texture coordinates, which must be finite: the alpha test of the nearest texel,
+    /// repeating.
+    ///
+    /// # Panics
+    /// If the mask has fewer alpha values than texels.
+    pub fn passes(&self, uv: [f64; 2]) -> bool {
+        let texel =
+            |t: f64, size: u32| ((t.rem_euclid(1.0) * f64::from(size)) as usize).min(size as usize - 1);
+        let index = texel(uv[1], self.height) * self.width as usize + texel(uv[0], self.width);
+        self.alpha[index] >= self.cutoff
+    }
+}
+
 /// Surface description; only what shadows and a plain picture need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
@@ -40,13 +70,29 @@ pub struct Material {
     pub mask: Option<Arc<AlphaMask>>,
 }
 
-/// A directional light with a name.
+/// A light with a name.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LightView {
     /// Name, unique within the scene.
     pub name: String,
-    /// Direction in which the light travels, world space, need not be normalised, never zero.
+    /// Direction in which the light travels, world space, need not be normalised, never zero. That of a local light is
+    /// the one in which it shines.
     pub direction: [f32; 3],
+    /// Size and place; without extent for hard shadows.
+    pub light: AreaLight,
+}
+
+impl LightView {
+    /// A directional light without extent.
+    pub fn directional(name: impl Into<String>, direction: [f32; 3]) -> Self {
+        Self { name: name.into(), direction, light: AreaLight::DISTANT_POINT }
+    }
+
+    /// A light of some size. `direction` is for the sun; a local light shines along its own U x V.
+    pub fn new(name: impl Into<String>, light: AreaLight, direction: [f32; 3]) -> Self {
+        let direction = light.front().map_or(direction, |front| front.map(|c| c as f32));
+        Self { name: name.into(), direction, light }
+    }
 }
 
 /// A pinhole camera.

@@ -15,8 +15,13 @@ pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// The length.
+pub fn norm(a: [f64; 3]) -> f64 {
+    dot(a, a).sqrt()
+}
+
 /// The vector of length 1 along `a`; not finite where `a` has no length.
 pub fn normalize(a: [f64; 3]) -> [f64; 3] {
-    let length = dot(a, a).sqrt();
+    let length = norm(a);
     [a[0] / length, a[1] / length, a[2] / length]
 }

@@ -4,10 +4,11 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::LightView;
 use crate::error::{FileFault, SceneError};
 use crate::load::source::read_limited;
 use crate::scene::MAX_COORDINATE;
+use crate::vector::norm;
+use crate::{AreaLight, LightView};
 
 /// Largest accepted views file: far more than anyone writes by hand.
 const MAX_VIEWS_BYTES: u64 = 1 << 20;
@@ -23,14 +24,17 @@ struct ViewsFile {
 #[serde(deny_unknown_fields)]
 struct ViewEntry {
     name: String,
-    direction: [f64; 3],
+    direction: Option<[f64; 3]>,
+    light: Option<AreaLight>,
 }
 
-/// Reads light views from a TOML file of `[[view]]` tables with exactly the keys `name` and `direction`.
+/// Reads light views from a TOML file of `[[view]]` tables with the keys `name`, `direction` and, if it has an extent,
+/// `light`.
 ///
-/// `direction` is the way the light travels in world space, any length. Errors: unreadable file, bad TOML or
-/// an unknown key (with its line), no view at all, a name that is empty or given twice, and a direction that
-/// is zero, NaN, infinite or outside what a 32-bit float can normalise.
+/// `light` is the text of an [`AreaLight`], such as `"sun:0.53"` or `"rect:0,9,0;1,0,0;0,0,1"`. `direction` is the way the
+/// light travels in world space, any length; a local light has its own and is refused another. Errors: unreadable file,
+/// bad TOML, an unknown key or a light that makes no sense (with the line), no view at all, a name that is empty or given
+/// twice, and a direction that is missing, zero, NaN, infinite or outside what a 32-bit float can normalise.
 pub fn read_views(path: impl AsRef<Path>) -> Result<Vec<LightView>, SceneError> {
     let path = path.as_ref();
     read(path).map_err(|fault| fault.in_file(&path.to_string_lossy()))
@@ -60,16 +64,23 @@ fn parse_views(text: &str) -> Result<Vec<LightView>, FileFault> {
         if views.iter().any(|view| view.name == entry.name) {
             return Err(FileFault::invalid(at, "this name is given twice"));
         }
-        let direction = entry.direction.map(|component| component as f32);
-        let length = direction.iter().map(|&c| f64::from(c) * f64::from(c)).sum::<f64>().sqrt();
+        let light = entry.light.unwrap_or(AreaLight::DISTANT_POINT);
+        let given = match (entry.direction, light.front()) {
+            (Some(direction), None) => direction,
+            (None, Some(front)) => front,
+            (None, None) => return Err(FileFault::invalid(at, "missing field `direction`")),
+            (Some(direction), Some(_)) => {
+                let problem = format!("direction {direction:?} is one too many: {light} shines along U x V");
+                return Err(FileFault::invalid(at, problem));
+            }
+        };
+        let direction = given.map(|component| component as f32);
+        let length = norm(direction.map(f64::from));
         // NaN is in no range.
         if !(1e-15..=MAX_COORDINATE).contains(&length) {
-            return Err(FileFault::invalid(
-                at,
-                format!("direction {:?} must be finite and not zero", entry.direction),
-            ));
+            return Err(FileFault::invalid(at, format!("direction {given:?} must be finite and not zero")));
         }
-        views.push(LightView { name: entry.name, direction });
+        views.push(LightView::new(entry.name, light, direction));
     }
     Ok(views)
 }
@@ -88,7 +99,7 @@ mod tests {
             "[[view]]\nname = \"low\"\ndirection = [1, -0.1, 0]\n[[view]]\nname=\"b\"\ndirection=[0,-2.5,0]",
         )
         .unwrap();
-        assert_eq!(views[0], LightView { name: "low".into(), direction: [1.0, -0.1, 0.0] });
+        assert_eq!(views[0], LightView::directional("low", [1.0, -0.1, 0.0]));
         assert_eq!(views[1].direction, [0.0, -2.5, 0.0]);
     }
 
@@ -99,6 +110,26 @@ mod tests {
             let message = message(&text);
             assert!(message.starts_with("v.toml: view \"low\": direction ["), "{message}");
         }
+    }
+
+    #[test]
+    fn lights_have_a_size_and_local_ones_a_place() {
+        let views = parse_views(
+            "[[view]]\nname='sun'\ndirection=[1,-1,0]\nlight='sun:0.53'\n\
+             [[view]]\nname='lamp'\nlight='disc:0,4,0;1,0,0;0,0,1'",
+        )
+        .unwrap();
+        assert_eq!(views[0].light, "sun:0.53".parse().unwrap());
+        assert_eq!(views[1].direction, [0.0, -1.0, 0.0]);
+        assert!(views[1].light.has_extent());
+        let refused = |light: &str| message(&format!("[[view]]\nname='a'\n{light}"));
+        assert!(refused("light='rect:0,0,0;1,0,0'").starts_with("v.toml: line 3: light `rect:0,0,0;1,0,0`"));
+        assert!(refused("light='disc:0,0,0;0,0,0;0,1,0'").contains("line 3: half axis U = [0.0, 0.0, 0.0]"));
+        assert!(refused("light='sun:-2'\ndirection=[1,0,0]").contains("size of -2 degrees"));
+        assert!(refused("light='sun:2'").contains("view \"a\": missing field `direction`"));
+        assert!(refused("light=3").contains("line 3"));
+        let both = refused("light='disc:0,4,0;1,0,0;0,0,1'\ndirection=[1,0,0]");
+        assert!(both.starts_with("v.toml: view \"a\": direction [1.0, 0.0, 0.0] is one too many"), "{both}");
     }
 
     #[test]

@@ -21,8 +21,9 @@ fn transforms_reach_positions_normals_and_winding() {
     // Mirrored in x, then moved: corners swap so that the front still faces +z.
     assert_eq!(first_triangle(&scene), [[10.0, 0.0, 0.0], [9.0, 1.0, 0.0], [9.0, 0.0, 0.0]]);
     assert_eq!(scene.vertices[0].normal, [0.0, 0.0, 1.0]);
-    assert_eq!(scene.views.len(), 1);
-    assert_eq!((scene.views[0].name.as_str(), scene.views[0].direction), ("default", [0.8, -0.6, 0.35]));
+    let names: Vec<&str> = scene.views.iter().map(|view| view.name.as_str()).collect();
+    assert_eq!(names, ["default", "wide", "lamp"]);
+    assert_eq!(scene.views[0].direction, [0.8, -0.6, 0.35]);
 }
 
 #[test]

@@ -122,7 +122,10 @@ fn scenes_have_the_promised_size_and_parts() {
         assert_eq!(scene.degenerate_triangles, 0, "{name}");
         assert!(scene.materials.iter().any(|material| material.name == "ground"));
         let names: Vec<_> = scene.views.iter().map(|view| view.name.as_str()).collect();
-        assert_eq!(names, ["high", "oblique", "long", "grazing"]);
+        assert_eq!(names, ["high", "oblique", "long", "grazing", "wide", "lamp"]);
+        let extents: Vec<bool> = scene.views.iter().map(|view| view.light.has_extent()).collect();
+        assert_eq!(extents, [false, false, false, false, true, true]);
+        assert_eq!(scene.views[5].light.to_string().parse(), Ok(scene.views[5].light));
         for vertex in &scene.vertices {
             assert!(vertex.position.iter().all(|c| c.is_finite()));
             let length: f32 = vertex.normal.iter().map(|c| c * c).sum();

@@ -28,7 +28,7 @@ fn scene(name: &str, positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Scen
         triangle_material: vec![0; triangles.len()],
         triangles,
         materials: vec![Material { name: "grey".into(), albedo: [0.5; 3], mask: None }],
-        views: vec![LightView { name: "sun".into(), direction: DIRECTION }],
+        views: vec![LightView::directional("sun", DIRECTION)],
         camera: Camera { eye: [2.0; 3], target: [0.0; 3], vertical_fov: 1.0 },
         degenerate_triangles: 0,
     }

@@ -20,6 +20,14 @@ pub enum RenderError {
     /// The light direction is zero, infinite or not a number.
     #[error("light direction ({}, {}, {}) must be finite and not zero", .0[0], .0[1], .0[2])]
     LightDirection([f32; 3]),
+    /// A local light lies inside the scene or behind it.
+    #[error(transparent)]
+    Light(#[from] crate::LocalLightError),
+    /// The raster pipeline draws the maps of directional lights only.
+    #[error(
+        "depth maps and frames of the raster pipeline are made for directional lights, not for local ones"
+    )]
+    Perspective,
     /// The camera cannot see: a value is not finite, eye equals target, or the field of view is not in (0, pi).
     #[error("camera cannot be used: {0}")]
     Camera(&'static str),

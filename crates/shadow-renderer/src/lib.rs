@@ -1,5 +1,6 @@
 //! Scenes to shadow-map stacks and frames, on the CPU and through wgpu, bit for bit the same.
 
+mod clip;
 mod error;
 mod frame;
 mod gpu;
@@ -13,8 +14,8 @@ pub use gpu::{
     BINDING_BYTES, DepthMap, FrameRenderer, FrameSettings, GpuFrame, PassTimes, SUPERSAMPLE_8, Sampling,
     WHOLE_FRAME,
 };
-pub use light_frame::{FIT_MARGIN, LightFrame, MAX_MAP_SIZE};
-pub use render::{Backend, RenderReport, render_in_chunks, render_in_frame, render_stack};
+pub use light_frame::{FIT_MARGIN, LightFrame, LocalLightError, MAX_MAP_SIZE};
+pub use render::{Backend, RenderReport, render_in_chunks, render_in_frame, render_stack, render_view};
 pub use stack::pictures;
 pub use stack::stage_times::StageTimes;
 pub use stack::{FacingBits, Fragment, LayerStatistics, ShadowMapStack};

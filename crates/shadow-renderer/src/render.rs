@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use graphics_device::{AdapterName, GraphicsDevice};
-use scenes::Scene;
+use scenes::{LightView, Scene};
 
 use crate::gpu::{ABuffer, BINDING_BYTES, ChunkSizes};
 use crate::stack::assemble::{Band, assemble};
@@ -46,7 +46,7 @@ pub struct RenderReport {
     pub times: StageTimes,
 }
 
-/// Renders the stack of `scene` for a light travelling along `direction`, fitted by [`LightFrame::fit`].
+/// Renders the stack of `scene` for a directional light travelling along `direction`, fitted by [`LightFrame::fit`].
 ///
 /// A GPU that is missing, fails or has too little memory is replaced by the CPU; the report says why.
 ///
@@ -63,7 +63,7 @@ pub struct RenderReport {
 ///     triangles: vec![[0, 1, 2]],
 ///     triangle_material: vec![0],
 ///     materials: vec![Material { name: "grey".into(), albedo: [0.5; 3], mask: None }],
-///     views: vec![LightView { name: "noon".into(), direction: [0.0, -1.0, 0.0] }],
+///     views: vec![LightView::directional("noon", [0.0, -1.0, 0.0])],
 ///     camera: Camera { eye: [2.0; 3], target: [0.0; 3], vertical_fov: 1.0 },
 ///     degenerate_triangles: 0,
 /// };
@@ -80,18 +80,32 @@ pub fn render_stack(
     height: u32,
     backend: Backend,
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
+    render_view(scene, &LightView::directional("light", direction), width, height, backend)
+}
+
+/// Renders the stack of `scene` as the light of a view sees it from its middle, fitted by [`LightFrame::of_view`].
+///
+/// # Errors
+/// As [`LightFrame::of_view`] and [`render_in_frame`].
+pub fn render_view(
+    scene: &Scene,
+    view: &LightView,
+    width: u32,
+    height: u32,
+    backend: Backend,
+) -> Result<(ShadowMapStack, RenderReport), RenderError> {
     let start = Instant::now();
-    let frame = LightFrame::fit(scene, direction, width, height)?;
+    let frame = LightFrame::of_view(scene, view, width, height)?;
     // Fitting has checked scene and size.
     let prepared = PreparedTriangles::of_checked(scene, &frame)?;
     render_timed(scene, &frame, prepared, (backend, BINDING_BYTES), start)
 }
 
 /// Renders the stack of `scene` in a light frame of the caller's choice; triangles may lie off the map and depths
-/// are clamped to [0, 1].
+/// are clamped to [0, 1]. With a frame in perspective what lies before its near plane is cut off.
 ///
 /// # Errors
-/// [`RenderError::Scene`], [`RenderError::MapSize`], [`RenderError::GuardBand`] if a vertex lies over 16384 texels off, and [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] for a
+/// [`RenderError::Scene`], [`RenderError::MapSize`], [`RenderError::GuardBand`] if a vertex lies over 16384 texels off under a directional light, and [`RenderError::TooManyFragments`] or [`RenderError::OutOfMemory`] for a
 /// stack that 32-bit offsets or the memory cannot hold, estimated before anything large is allocated and checked
 /// exactly on the way.
 pub fn render_in_frame(

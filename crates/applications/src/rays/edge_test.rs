@@ -7,7 +7,7 @@
 //! inside, every triangle that holds the origin is found. Vertices are sheared one by one, hence alike in all triangles
 //! that share them: the sheared mesh has no cracks, and no ray slips through.
 
-use crate::vector::difference;
+use scenes::vector::minus;
 
 /// A ray prepared for many triangles.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +41,7 @@ impl Sheared {
     pub fn edges(&self, triangle: &[[f32; 3]; 3]) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = self.axes;
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = triangle.map(|vertex| {
-            let from_origin = difference(vertex.map(f64::from), self.origin);
+            let from_origin = minus(vertex.map(f64::from), self.origin);
             let depth = from_origin[z];
             [from_origin[x] - self.shear[0] * depth, from_origin[y] - self.shear[1] * depth, depth]
         });

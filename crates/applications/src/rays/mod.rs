@@ -5,12 +5,16 @@
 //! - boxes are padded by more than the tree's rounding moves a ray (`tree`);
 //! - the sign that the edge test computes is never the opposite of the right one, and zero counts as inside
 //!   (`edge_test`).
+//!
+//! Where a triangle has an alpha mask, the mask's texel decides last, the same that decides in shadow maps (`masks`).
 
+mod boxes;
 mod edge_test;
+mod masks;
 mod query;
 mod tree;
 
-pub use query::{Segment, Surface};
+pub use query::{LastOccluder, Segment, Surface};
 pub use tree::{TriangleError, Triangles};
 
 #[cfg(test)]

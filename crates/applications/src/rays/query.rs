@@ -2,7 +2,7 @@
 
 use super::edge_test::Sheared;
 use super::tree::Triangles;
-use crate::vector::{cross, difference, dot, norm};
+use scenes::vector::{cross, dot, minus, norm};
 
 /// A triangle whose plane holds the origin can be met there only, which is the surface on which the origin lies or its
 /// neighbour. "Holds" is up to this, relative to the scene's largest coordinate: 64 roundings of double precision, in
@@ -12,6 +12,14 @@ const ON_PLANE: f64 = 64.0 * f64::EPSILON;
 /// Planes are only asked for hits this near, relative to the scene's largest coordinate; farther ones lie within
 /// [`ON_PLANE`] for rays that are parallel to the plane up to 1e-8.
 const NEAR: f64 = 1e-6;
+
+/// What lies this near to the light's plane, relative to the scene's largest coordinate, lies in it and does not occlude: 16
+/// roundings of single precision, in which a ceiling around a lamp is written down.
+const IN_LIGHT: f64 = 1e-6;
+
+/// Planes are only asked for hits in this last part of a segment: a triangle in the light's plane is met elsewhere by rays
+/// alone that run within a thousandth of it.
+const LAST_PART: f64 = 1e-3;
 
 /// From a receiver to a point of the light, or on for ever.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,14 +43,36 @@ pub struct Surface {
     pub position: [f64; 3],
 }
 
+/// The triangle that occluded a segment, of one tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LastOccluder(Option<usize>);
+
 impl Triangles {
     /// Whether any triangle lies strictly between both ends.
     ///
     /// A surface does not occlude itself: `from` is left out, and so are triangles in whose plane the origin lies up to
-    /// rounding.
+    /// rounding, the back of a sheet among them. Nor does what lies in the plane of a local light, a ceiling around it.
+    /// Triangles occlude from both sides, where their alpha mask has a surface.
     #[inline]
     pub fn occludes(&self, segment: &Segment) -> bool {
         self.any(segment, Sheared::meets)
+    }
+
+    /// [`Triangles::occludes`], asking first what occluded the last segment: neighbours in a light are often hidden behind
+    /// one triangle.
+    #[inline]
+    pub fn occludes_again(&self, segment: &Segment, last: &mut LastOccluder) -> bool {
+        let query = Query::new(self, segment);
+        if last.0.is_some_and(|leaf| query.is_hit(self, leaf, &Sheared::meets)) {
+            return true;
+        }
+        self.visit(segment, |leaf| {
+            let hit = query.is_hit(self, leaf, &Sheared::meets);
+            if hit {
+                last.0 = Some(leaf);
+            }
+            hit
+        })
     }
 
     /// [`Triangles::occludes`] without the tree: every triangle is asked.
@@ -61,7 +91,8 @@ impl Triangles {
         let sheared = Sheared::new(origin, through);
         let mut nearest: Option<(f64, u32)> = None;
         self.visit(&segment, |leaf| {
-            if let Some(at) = sheared.meets(self.corners_of(leaf)).filter(|at| (0.0..=1.0).contains(at)) {
+            let met = sheared.meets(self.corners_of(leaf)).filter(|at| (0.0..=1.0).contains(at));
+            if let Some(at) = met.filter(|_| self.is_solid_at(leaf, &sheared)) {
                 let candidate = (at, self.triangle_of(leaf));
                 // Of equally near ones the first triangle, whatever the tree's order.
                 let rank = |(at, triangle): (f64, u32)| ((at - 0.5).abs(), triangle);
@@ -75,6 +106,13 @@ impl Triangles {
             triangle,
             position: [0, 1, 2].map(|k| origin[k] + at * through[k]),
         })
+    }
+
+    /// Whether a triangle that a ray meets has a surface there.
+    #[inline(always)]
+    fn is_solid_at(&self, leaf: usize, ray: &Sheared) -> bool {
+        let triangle = self.triangle_of(leaf);
+        !self.masks().apply_to(triangle) || self.masks().pass(triangle, ray.edges(self.corners_of(leaf)).0)
     }
 
     #[inline(always)]
@@ -92,9 +130,12 @@ impl Triangles {
 struct Query {
     sheared: Sheared,
     origin: [f64; 3],
+    direction: [f64; 3],
     near: f64,
+    /// From where on planes of triangles are asked whether they hold the end.
+    last: f64,
     end: f64,
-    plane: f64,
+    reach: f64,
     from: u32,
 }
 
@@ -107,9 +148,11 @@ impl Query {
         Self {
             sheared: Sheared::new(origin, direction),
             origin,
+            direction,
             near: NEAR * reach / largest(&direction, 0.0),
+            last: if endless { f64::INFINITY } else { 1.0 - LAST_PART },
             end: if endless { f64::INFINITY } else { 1.0 },
-            plane: ON_PLANE * reach,
+            reach,
             from: from.unwrap_or(u32::MAX),
         }
     }
@@ -126,15 +169,21 @@ impl Query {
         meets(&self.sheared, corners).is_some_and(|at| {
             at > 0.0
                 && at < self.end
-                && (at > self.near || !self.is_on_plane(corners))
+                && (at > self.near || !self.is_on_plane(corners, self.origin, ON_PLANE))
+                && (at < self.last || !self.is_on_plane(corners, self.target(), IN_LIGHT))
                 && scene.triangle_of(leaf) != self.from
+                && scene.is_solid_at(leaf, &self.sheared)
         })
     }
 
+    fn target(&self) -> [f64; 3] {
+        [0, 1, 2].map(|k| self.origin[k] + self.direction[k])
+    }
+
     #[cold]
-    fn is_on_plane(&self, corners: &[[f32; 3]; 3]) -> bool {
-        let [a, b, c] = corners.map(|corner| difference(corner.map(f64::from), self.origin));
-        let normal = cross(difference(b, a), difference(c, a));
-        dot(normal, a).abs() <= self.plane * norm(normal)
+    fn is_on_plane(&self, corners: &[[f32; 3]; 3], point: [f64; 3], within: f64) -> bool {
+        let [a, b, c] = corners.map(|corner| minus(corner.map(f64::from), point));
+        let normal = cross(minus(b, a), minus(c, a));
+        dot(normal, a).abs() <= within * self.reach * norm(normal)
     }
 }

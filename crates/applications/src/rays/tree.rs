@@ -9,13 +9,19 @@ use glam::{UVec2, Vec3A, vec3a};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::ray::Ray;
 use obvhs::{BvhBuildParams, traverse};
 use std::time::Duration;
 use thiserror::Error;
 
+use super::boxes::BoxTest;
+#[cfg(target_arch = "x86_64")]
+use super::boxes::intersect_avx2;
+use super::masks::Masks;
 use super::query::Segment;
-use crate::vector::difference;
+use scenes::Scene;
+use scenes::vector::minus;
 
 /// By how much boxes grow on each side, in units of half the scene's largest extent.
 const PADDING: f32 = 16.0 / 16_777_216.0;
@@ -54,6 +60,20 @@ pub enum TriangleError {
         /// Where.
         position: [f32; 3],
     },
+    /// An alpha mask that is none.
+    #[error("alpha mask of material `{material}` {what}")]
+    Mask {
+        /// The material.
+        material: String,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// NaN or infinity.
+    #[error("triangle {triangle} has an alpha mask and texture coordinates that are not finite")]
+    TextureCoordinates {
+        /// Which triangle.
+        triangle: usize,
+    },
     /// More triangles than 32 bits count.
     #[error("{count} triangles are more than the {limit} that a tree can hold")]
     Count {
@@ -69,6 +89,8 @@ pub struct Triangles {
     tree: CwBvh,
     /// In the order of the tree's leaves, world space.
     corners: Vec<[[f32; 3]; 3]>,
+    masks: Masks,
+    boxes: BoxTest,
     centre: [f64; 3],
     /// World units to tree units, a power of two.
     scale: f64,
@@ -77,7 +99,18 @@ pub struct Triangles {
 }
 
 impl Triangles {
-    /// Builds the tree. No triangles are a scene too: nothing occludes.
+    /// The triangles of a scene, with its alpha masks.
+    ///
+    /// # Errors
+    /// [`TriangleError`] as [`Triangles::new`], and for masks without the right number of values and their texture
+    /// coordinates where they are not finite.
+    pub fn of_scene(scene: &Scene) -> Result<Self, TriangleError> {
+        let positions: Vec<[f32; 3]> = scene.vertices.iter().map(|vertex| vertex.position).collect();
+        let solid = Self::new(&positions, &scene.triangles)?;
+        Ok(Self { masks: Masks::new(scene)?, ..solid })
+    }
+
+    /// Builds the tree. All triangles are solid. No triangles are a scene too: nothing occludes.
     ///
     /// # Errors
     /// [`TriangleError`] for dangling indices, positions that are not finite, and too many triangles.
@@ -128,7 +161,8 @@ impl Triangles {
         };
         let corners = tree.primitive_indices.iter().map(|&t| of(&triangles[t as usize])).collect();
         let largest = low.iter().chain(&high).fold(0.0f64, |m, c| m.max(c.abs()));
-        Self { tree, corners, centre, scale, largest }
+        let (masks, boxes) = (Masks::default(), BoxTest::fastest());
+        Self { tree, corners, masks, boxes, centre, scale, largest }
     }
 
     /// Number of triangles.
@@ -153,6 +187,18 @@ impl Triangles {
         &self.corners[leaf]
     }
 
+    /// The alpha masks, by triangle.
+    #[inline(always)]
+    pub(super) fn masks(&self) -> &Masks {
+        &self.masks
+    }
+
+    /// With another test of boxes.
+    #[cfg(test)]
+    pub(super) fn testing_boxes(self, boxes: BoxTest) -> Self {
+        Self { boxes, ..self }
+    }
+
     /// Largest absolute world coordinate.
     #[inline(always)]
     pub(super) fn largest_coordinate(&self) -> f64 {
@@ -161,13 +207,34 @@ impl Triangles {
 
     /// Calls `stop` for each leaf whose box the segment may meet, until one says so; whether one did.
     #[inline(always)]
-    pub(super) fn visit(&self, segment: &Segment, mut stop: impl FnMut(usize) -> bool) -> bool {
+    pub(super) fn visit(&self, segment: &Segment, stop: impl FnMut(usize) -> bool) -> bool {
         let Some(ray) = self.tree_ray(segment) else { return false };
+        match self.boxes {
+            BoxTest::Portable => self.traverse(&ray, CwBvhNode::intersect_ray, stop),
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: only chosen where the machine has the feature.
+            BoxTest::Avx2 => unsafe { self.traverse_avx2(&ray, stop) },
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2")]
+    fn traverse_avx2(&self, ray: &Ray, stop: impl FnMut(usize) -> bool) -> bool {
+        self.traverse(ray, |node, ray, order| intersect_avx2(node, ray, order), stop)
+    }
+
+    #[inline(always)]
+    fn traverse(
+        &self,
+        ray: &Ray,
+        intersect: impl Fn(&CwBvhNode, &Ray, u32) -> u32,
+        mut stop: impl FnMut(usize) -> bool,
+    ) -> bool {
         let mut state = self.tree.new_traversal(ray.direction);
         let mut node;
         let mut found = false;
         'search: {
-            traverse!(self.tree, node, state, node.intersect_ray(&ray, state.oct_inv4), {
+            traverse!(self.tree, node, state, intersect(node, ray, state.oct_inv4), {
                 if stop(state.primitive_id as usize) {
                     found = true;
                     break 'search;
@@ -181,7 +248,7 @@ impl Triangles {
     #[inline(always)]
     fn tree_ray(&self, segment: &Segment) -> Option<Ray> {
         let scaled = |v: [f64; 3]| v.map(|c| c * self.scale);
-        let mut origin = scaled(difference(segment.origin, self.centre));
+        let mut origin = scaled(minus(segment.origin, self.centre));
         let mut step = scaled(segment.direction);
         let mut end = PARAMETER;
         if segment.endless {
@@ -226,6 +293,6 @@ impl Triangles {
 
 /// World to tree coordinates.
 fn local(position: [f64; 3], centre: [f64; 3], scale: f64) -> Vec3A {
-    let [x, y, z] = difference(position, centre).map(|c| (c * scale) as f32);
+    let [x, y, z] = minus(position, centre).map(|c| (c * scale) as f32);
     vec3a(x, y, z)
 }

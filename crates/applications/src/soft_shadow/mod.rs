@@ -168,4 +168,6 @@ impl<R: Real> BlockerSearch<R> {
 }
 
 #[cfg(test)]
+mod closed_forms;
+#[cfg(test)]
 mod tests;

@@ -3,8 +3,9 @@
 use super::*;
 use crate::field::{MomentField, StoredSums, Table};
 use crate::rays::Triangles;
-use crate::{Outline, PlacedLight, errors, truths};
+use crate::{PlacedLight, errors, truths};
 use moment_problem::MomentBound;
+use scenes::Outline;
 use shadow_filtering::DepthMap;
 
 const SIZE: usize = 96;

@@ -4,7 +4,7 @@ use random_stream::Random;
 use thiserror::Error;
 
 use crate::area_light::PlacedLight;
-use crate::rays::{Segment, Triangles};
+use crate::rays::{LastOccluder, Segment, Triangles};
 use crate::samples::ScrambledNet;
 
 /// Independent nets; their spread is the standard error, known to about 1 / sqrt(2 x 15) = 18 %.
@@ -98,12 +98,13 @@ impl AreaTruth {
         let most = self.nets[0].len();
         let mut hits = [0usize; REPLICATES];
         let (mut sent, mut next) = (0, FIRST_RAYS);
+        let mut last = LastOccluder::default();
         loop {
             for ((net, &shift), hits) in self.nets.iter().zip(&shifts).zip(&mut hits) {
                 for index in sent..next {
                     let direction = light.towards(receiver, net.shifted(index, shift));
                     let segment = Segment { origin: receiver, direction, endless: light.at_infinity, from };
-                    *hits += usize::from(scene.occludes(&segment));
+                    *hits += usize::from(scene.occludes_again(&segment, &mut last));
                 }
             }
             sent = next;
@@ -131,7 +132,7 @@ fn summary(hits: &[usize; REPLICATES], per_net: usize) -> OccludedFraction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::area_light::{AreaLight, Outline};
+    use scenes::{AreaLight, Outline};
 
     const SETTINGS: TruthSettings = TruthSettings { standard_error: 1e-3, most_rays: 1 << 15, seed: 4 };
 
@@ -151,7 +152,8 @@ mod tests {
             let t = f64::from(edge);
             let segment = 0.5 + (t * (1.0 - t * t).sqrt() + t.asin()) / std::f64::consts::PI;
             for (outline, expected) in [(Outline::Rectangle, 0.5 * (1.0 + t)), (Outline::Disc, segment)] {
-                let light = AreaLight::local(outline, [0.0, 4.0, 0.0], axes).unwrap().placed([[0.0; 3]; 3]);
+                let light = AreaLight::local(outline, [0.0, 4.0, 0.0], axes).unwrap();
+                let light = PlacedLight::new(&light, [[0.0; 3]; 3]);
                 let found = truth.occluded_fraction(&half_plane(edge), &light, [0.0; 3], None, 1);
                 let error = (found.fraction - expected).abs();
                 assert!(found.standard_error <= SETTINGS.standard_error, "{found:?}");
@@ -170,7 +172,7 @@ mod tests {
         let settings = TruthSettings { standard_error: 1e-9, most_rays: 1024, seed: 9 };
         let truth = AreaTruth::new(settings).unwrap();
         let light = AreaLight::local(Outline::Disc, [0.0, 4.0, 0.0], [[1.0, 0.0, 0.3], [0.0, 0.0, 1.0]]);
-        let light = light.unwrap().placed([[0.0; 3]; 3]);
+        let light = PlacedLight::new(&light.unwrap(), [[0.0; 3]; 3]);
         let scene = half_plane(0.37);
         let t = 0.37f32;
         let t = f64::from(t);
@@ -190,7 +192,7 @@ mod tests {
     fn unanimous_rays_are_no_certainty() {
         let truth = AreaTruth::new(TruthSettings { standard_error: 4e-3, ..SETTINGS }).unwrap();
         let light: AreaLight = "sun:0.5".parse().unwrap();
-        let light = light.placed([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
+        let light = PlacedLight::new(&light, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
         for (edge, expected) in [(-2.0, 0.0), (2.0, 1.0)] {
             let found = truth.occluded_fraction(&half_plane(edge), &light, [0.0; 3], None, 0);
             assert_eq!((found.fraction, found.rays), (expected, 256));
@@ -198,7 +200,7 @@ mod tests {
         }
         // A point light needs no more than the least.
         let point: AreaLight = "sun:0".parse().unwrap();
-        let point = point.placed([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
+        let point = PlacedLight::new(&point, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]);
         assert_eq!(truth.occluded_fraction(&half_plane(0.1), &point, [0.0; 3], None, 0).fraction, 1.0);
     }
 

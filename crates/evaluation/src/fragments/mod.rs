@@ -1,6 +1,7 @@
 //! From a scene to the fragments of its light views: what every kind of experiment on scenes starts from.
 
 mod camera;
+pub(crate) mod light;
 mod settings;
 
 pub(crate) use camera::Seen;
@@ -11,7 +12,7 @@ use crate::error::EvaluationError;
 use random_stream::Random;
 use scenes::{LightView, Scene, load_scene};
 use shadow_filtering::{DepthMap, FilteringError, Kernel, Receiver};
-use shadow_renderer::{Backend, LightFrame, RenderError, ShadowMapStack, render_in_frame, render_stack};
+use shadow_renderer::{Backend, LightFrame, RenderError, ShadowMapStack, render_in_frame, render_view};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -43,7 +44,7 @@ pub(crate) struct Lit<'a> {
 }
 
 impl LoadedScene<'_> {
-    /// Reads all scenes. Without names of views, all views of a scene are wanted.
+    /// Reads all scenes. Without names of views, all views of a scene are wanted whose light has no extent.
     pub(crate) fn load_all<'a>(
         labels: &'a [String],
         views: &[String],
@@ -54,7 +55,10 @@ impl LoadedScene<'_> {
                 reason: format!("scene `{label}`: {reason}"),
             })?;
             let known: Vec<String> = lights.iter().map(|light| light.name.clone()).collect();
-            lights.retain(|light| views.is_empty() || views.contains(&light.name));
+            lights.retain(|view| match views {
+                [] => !view.light.has_extent(),
+                named => named.contains(&view.name),
+            });
             if lights.is_empty() {
                 let reason = format!("views = {views:?} match none of {} of `{label}`", known.join(", "));
                 return Err(EvaluationError::Key { key: "views".to_owned(), reason });
@@ -116,7 +120,7 @@ impl LoadedScene<'_> {
         let fail = |reason: String| {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {reason}", self.label, light.name))
         };
-        let whole = LightFrame::fit(scene, light.direction, size, size).map_err(|e| fail(e.to_string()))?;
+        let whole = LightFrame::of_view(scene, light, size, size).map_err(|e| fail(e.to_string()))?;
         let scale = f64::from(divisor);
         let frame = LightFrame {
             texels_per_unit: whole.texels_per_unit.map(|texels| texels / scale),
@@ -147,7 +151,7 @@ impl Source {
         if is_stack(label) {
             let stack = ShadowMapStack::load(path).map_err(|error| error.to_string())?;
             // A stack's depth grows along its own axis.
-            let view = LightView { name: "stack".to_owned(), direction: [0.0, 0.0, 1.0] };
+            let view = LightView::directional("stack", [0.0, 0.0, 1.0]);
             return Ok((Self::Stack(stack), vec![view]));
         }
         let scene = load_scene(label).map_err(|error| error.to_string())?;
@@ -159,7 +163,7 @@ impl Source {
     fn stack(&self, light: &LightView, size: u32) -> Result<RenderedView<'_>, RenderError> {
         match self {
             Self::Scene(scene) => {
-                let (stack, report) = render_stack(scene, light.direction, size, size, Backend::Cpu)?;
+                let (stack, report) = render_view(scene, light, size, size, Backend::Cpu)?;
                 Ok((Cow::Owned(stack), texel_depth(&report.frame), Some(report.frame)))
             }
             Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack), None)),
@@ -176,10 +180,13 @@ fn median_gradient(stack: &ShadowMapStack) -> f64 {
     lengths.get(lengths.len() / 2).copied().unwrap_or_default()
 }
 
-/// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own.
+/// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own. Under a local
+/// light texels grow with the distance; the one in the middle counts.
 fn texel_depth(frame: &LightFrame) -> f64 {
     let [x, y] = frame.texels_per_unit;
-    1.0 / ((x * y).sqrt() * frame.depth_range)
+    let side = 1.0 / (x * y).sqrt();
+    let growth = frame.eye.map_or(1.0, |_| (frame.near + 0.5 * frame.depth_range) / frame.near);
+    growth * side / frame.depth_range
 }
 
 fn fragments(stack: &ShadowMapStack, kernel: &Kernel) -> Vec<Receiver> {

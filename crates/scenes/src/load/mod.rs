@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use crate::arrays::SceneArrays;
 use crate::error::{FileFault, SceneError};
-use crate::fit::{Bounds, add_ground, fit_camera, has_ground};
+use crate::fit::{Bounds, add_ground, area_views, fit_camera, has_ground};
 use crate::{Camera, LightView, Material, Scene, procedural};
 use source::{Folder, read_limited};
 
@@ -95,13 +95,15 @@ impl Loaded {
         if !has_ground(&self.arrays, &self.materials, &bounds) {
             add_ground(&mut self.arrays, &mut self.materials, &bounds);
         }
+        let mut views = vec![LightView::directional("default", DEFAULT_LIGHT)];
+        views.extend(Bounds::of(&self.arrays).iter().flat_map(area_views));
         Ok(Scene {
             name,
             vertices: self.arrays.vertices,
             triangles: self.arrays.triangles,
             triangle_material: self.arrays.triangle_material,
             materials: self.materials,
-            views: vec![LightView { name: "default".into(), direction: DEFAULT_LIGHT }],
+            views,
             camera,
             degenerate_triangles: self.arrays.degenerate_triangles,
         })

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::arrays::{Mesh, SceneArrays};
+use crate::fit::{Bounds, area_views};
 use crate::{AlphaMask, Camera, LightView, Material, Scene};
 
 pub(super) type Point = [f64; 3];
@@ -64,7 +65,8 @@ impl SceneMesh {
         self.materials.len() as u32 - 1
     }
 
-    pub fn into_scene(self, name: &str, views: Vec<LightView>, camera: Camera) -> Scene {
+    pub fn into_scene(self, name: &str, mut views: Vec<LightView>, camera: Camera) -> Scene {
+        views.extend(Bounds::of(&self.arrays).iter().flat_map(area_views));
         Scene {
             name: name.into(),
             vertices: self.arrays.vertices,

@@ -25,8 +25,9 @@ pub const NAMES: [&str; 3] = ["stairs", "village", "grove"];
 /// - `village`: houses with walls, floors, windows and shingled roofs, fences, and a hollow tower.
 /// - `grove`: branching trees with alpha-tested leaf cards.
 ///
-/// Each has its own ground, a camera, 50 to 300 thousand triangles and four light views: `high`, `oblique`,
-/// `long` (long shadows beside contact shadows) and `grazing` (a few degrees above the horizon). `grove` casts
+/// Each has its own ground, a camera, 50 to 300 thousand triangles and six light views: `high`, `oblique`,
+/// `long` (long shadows beside contact shadows) and `grazing` (a few degrees above the horizon) without extent, `wide`, a
+/// sun of 10 degrees, and `lamp`, a rectangle in space. `grove` casts
 /// leaf shadows through an alpha mask; solids are closed, so light rays cross surfaces in pairs.
 pub fn procedural(name: &str, seed: u64) -> Option<Scene> {
     let (mesh, directions, camera) = match name {
@@ -38,7 +39,7 @@ pub fn procedural(name: &str, seed: u64) -> Option<Scene> {
     let views = ["high", "oblique", "long", "grazing"]
         .into_iter()
         .zip(directions)
-        .map(|(name, direction)| LightView { name: name.into(), direction })
+        .map(|(name, direction)| LightView::directional(name, direction))
         .collect();
     Some(mesh.into_scene(name, views, camera))
 }

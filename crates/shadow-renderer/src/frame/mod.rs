@@ -4,8 +4,8 @@ pub(crate) mod raster;
 
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
-use scenes::Scene;
-use scenes::vector::{dot, normalize};
+use scenes::vector::{dot, minus, normalize};
+use scenes::{AreaLight, LightView, Scene};
 
 use crate::{LightFrame, RenderError, ShadowMapStack};
 
@@ -53,14 +53,18 @@ impl Frame {
         self.triangle.iter().map(|&t| t != NO_TRIANGLE)
     }
 
-    /// Visibility of the light by a plain test against layer 0 of `stack`: 1 lit, 0 in shadow, 1 without surface or
-    /// outside of the map.
+    /// Visibility of the light by a plain test against layer 0 of `stack`: 1 lit, 0 in shadow or behind a local light, 1
+    /// without surface or outside of the map.
     ///
     /// The stored surface is extended over its texel by its gradient, clamped to 0.02 in depth, plus a bias of
     /// 2e-4: the picture is for orientation, not for measurements.
     pub fn hard_shadow(&self, stack: &ShadowMapStack, frame: &LightFrame) -> Vec<f32> {
         let lit = |(position, triangle): (&[f32; 3], &u32)| {
-            let [x, y, depth] = frame.project(position.map(f64::from));
+            let seen = frame.light_space(position.map(f64::from));
+            let [x, y, depth] = frame.on_map(seen);
+            if *triangle != NO_TRIANGLE && frame.eye.is_some() && seen[2] <= 0.0 {
+                return 0.0;
+            }
             let inside = x >= 0.0 && y >= 0.0 && x < f64::from(stack.width) && y < f64::from(stack.height);
             if *triangle == NO_TRIANGLE || !inside {
                 return 1.0;
@@ -72,20 +76,24 @@ impl Frame {
         self.position.par_iter().zip(&self.triangle).map(lit).collect()
     }
 
-    /// A picture in sRGB: albedo times ambient light, most from above, plus diffuse light from a light travelling along `direction`, scaled
+    /// A picture in sRGB: albedo times ambient light, most from above, plus diffuse light from the middle of a light, scaled
     /// by `visibility` (1 lit, 0 in shadow; one value a pixel). Pixels without surface show a plain sky, opaque.
     ///
     /// # Panics
     /// If `visibility` has another number of values than the frame has pixels.
-    pub fn shade(&self, direction: [f32; 3], visibility: &[f32]) -> RgbaImage {
+    pub fn shade(&self, light: &LightView, visibility: &[f32]) -> RgbaImage {
         assert_eq!(visibility.len(), self.triangle.len(), "one visibility a pixel");
-        let towards_light = normalize(direction.map(|c| -f64::from(c)));
+        let distant = normalize(light.direction.map(|c| -f64::from(c)));
         RgbaImage::from_fn(self.width, self.height, |x, y| {
             let i = y as usize * self.width as usize + x as usize;
             if self.triangle[i] == NO_TRIANGLE {
                 return encode(SKY);
             }
             let normal = self.normal[i];
+            let towards_light = match light.light {
+                AreaLight::Sun { .. } => distant,
+                AreaLight::Local { centre, .. } => normalize(minus(centre, self.position[i].map(f64::from))),
+            };
             let cosine = dot(normal.map(f64::from), towards_light).max(0.0) as f32;
             let ambient =
                 1.0 - AMBIENT_BY_NORMAL[1] + (0..3).map(|k| normal[k] * AMBIENT_BY_NORMAL[k]).sum::<f32>();

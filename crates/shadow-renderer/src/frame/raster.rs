@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use scenes::vector::{cross, dot, minus, normalize};
 use scenes::{Camera, Scene};
 
+use crate::clip::clip;
 use crate::frame::NO_TRIANGLE;
 use crate::light_frame::check_size;
 use crate::stack::edges::for_each_span;
@@ -93,7 +94,6 @@ impl View {
 
     /// The part of a triangle in front of the near plane and within the visible cone, in camera space.
     fn clip(&self, triangle: [[f64; 3]; 3]) -> Vec<[f64; 3]> {
-        // Inside is where the scalar product with the normal is at least the second number.
         let planes = [
             ([0.0, 0.0, 1.0], self.near),
             ([-1.0, 0.0, 1.0], 0.0),
@@ -101,29 +101,7 @@ impl View {
             ([0.0, -1.0, 1.0], 0.0),
             ([0.0, 1.0, 1.0], 0.0),
         ];
-        let mut polygon = triangle.to_vec();
-        for (normal, least) in planes {
-            let distances: Vec<f64> = polygon.iter().map(|&c| dot(c, normal) - least).collect();
-            if distances.iter().all(|&d| d >= 0.0) {
-                continue;
-            }
-            let mut clipped = Vec::with_capacity(polygon.len() + 1);
-            for i in 0..polygon.len() {
-                let j = (i + 1) % polygon.len();
-                let (a, b) = (distances[i], distances[j]);
-                if a >= 0.0 {
-                    clipped.push(polygon[i]);
-                }
-                if (a >= 0.0) != (b >= 0.0) {
-                    // From the inside out, whichever way the edge runs: neighbours find the same point.
-                    let (from, to, t) = if a >= 0.0 { (i, j, a / (a - b)) } else { (j, i, b / (b - a)) };
-                    clipped
-                        .push([0, 1, 2].map(|k| polygon[from][k] + t * (polygon[to][k] - polygon[from][k])));
-                }
-            }
-            polygon = clipped;
-        }
-        polygon
+        clip(triangle.to_vec(), &planes)
     }
 }
 
@@ -231,13 +209,7 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
                     if let Some(mask) = &material.mask {
                         let uv =
                             [0, 1].map(|k| (0..3).map(|c| w[c] * f64::from(corners[c].uv[k])).sum::<f64>());
-                        let texel = |t: f64, size: u32| {
-                            let t = (t.rem_euclid(1.0) * f64::from(size)) as usize;
-                            t.min(size as usize - 1)
-                        };
-                        let texel =
-                            texel(uv[1], mask.height) * mask.width as usize + texel(uv[0], mask.width);
-                        if mask.alpha[texel] < mask.cutoff {
+                        if !mask.passes(uv) {
                             continue;
                         }
                     }

@@ -105,6 +105,7 @@ struct Chunk {
     end: usize,
     triangles: wgpu::Buffer,
     mask_planes: wgpu::Buffer,
+    weights: wgpu::Buffer,
 }
 
 /// Rectangles of one chunk on the device.
@@ -138,12 +139,13 @@ impl<'a> Extraction<'a> {
         let all = prepared.triangles.len();
         let chunks = (0..all).step_by(sizes.triangles).map(|first| {
             let end = all.min(first + sizes.triangles);
-            let (triangles, planes) = gpu_triangles(prepared, first..end);
+            let (triangles, planes, weights) = gpu_triangles(prepared, first..end);
             Chunk {
                 first,
                 end,
                 triangles: gpu.buffer_of("triangles", &triangles, Usage::STORAGE),
                 mask_planes: gpu.buffer_of("mask planes", &planes, Usage::STORAGE),
+                weights: gpu.buffer_of("weights", &weights, Usage::STORAGE),
             }
         });
         let chunks = chunks.collect();
@@ -251,7 +253,9 @@ impl<'a> Extraction<'a> {
             }
             for part in list.chunks(self.sizes.items) {
                 let count = part.len() as u32;
-                let params = [self.prepared.width, rows.start, count, chunk.first as u32];
+                let in_perspective = u32::from(!self.prepared.weights.is_empty());
+                let params =
+                    [self.prepared.width, rows.start, count, chunk.first as u32, in_perspective, 0, 0, 0];
                 batches.push(Batch {
                     chunk,
                     items: self.shaders.gpu.buffer_of("items", part, Usage::STORAGE),
@@ -281,6 +285,7 @@ impl<'a> Extraction<'a> {
                 ("mask_bits", &self.mask_bits),
                 ("counters", counters),
                 ("keys", keys),
+                ("weights", &batch.chunk.weights),
             ];
             self.dispatch(encoder, kernel, &buffers, kernel.groups_of([batch.count, 1]))?;
         }

@@ -58,9 +58,12 @@ impl DepthMap {
     ///
     /// # Errors
     /// [`RenderError::Gpu`] without adapter or where it fails or lacks memory; [`RenderError::MapSize`],
-    /// [`RenderError::Scene`] as for stacks.
+    /// [`RenderError::Scene`] as for stacks; [`RenderError::Perspective`] for the frame of a local light.
     pub fn render(scene: &Scene, frame: &LightFrame, sampling: Sampling) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
+        if frame.eye.is_some() {
+            return Err(RenderError::Perspective);
+        }
         scene.check()?;
         let masks = Masks::new(scene)?;
         let gpu = GraphicsDevice::shared()?;

@@ -1,4 +1,4 @@
-// Twin of for_each_span, Plane and Masks in ../edges.rs and ../fixed_point.rs: integers only, so that the same
+// Twin of for_each_span, Plane, Quotient and Masks in ../edges.rs and ../fixed_point.rs: integers only, so that the same
 // triangles give the same fragments on every device.
 
 struct Params {
@@ -7,6 +7,8 @@ struct Params {
     items: u32,
     // Index of the first triangle of this batch within the whole list.
     first_triangle: u32,
+    // 1 under a local light, when depths and mask coordinates are divided by weights.
+    in_perspective: u32,
 }
 
 // A 64-bit two's complement integer: low word, high word.
@@ -64,6 +66,8 @@ const NO_MASK: u32 = 0xffffffffu;
 @group(0) @binding(5) var<storage, read_write> counters: array<atomic<u32>>;
 // x: triangle, y: depth in units of 2^-24; as 64 bits in memory this is the CPU's key.
 @group(0) @binding(6) var<storage, read_write> keys: array<vec2<u32>>;
+// One a triangle in perspective.
+@group(0) @binding(7) var<storage, read> weights: array<Plane>;
 
 fn add(a: Wide, b: Wide) -> Wide {
     let low = a.x + b.x;
@@ -94,16 +98,92 @@ fn depth_at(plane: Plane, x: u32, y: u32, low: u32, high: u32) -> u32 {
     return clamp((rounded.y << 16u) | (rounded.x >> 16u), low, high);
 }
 
-// floor(fraction * size) for the 32 bits after the binary point and size < 2^16.
-fn wrapped_texel_at(plane: Plane, x: u32, y: u32, size: u32) -> u32 {
+fn is_negative(a: Wide) -> bool {
+    return (a.y >> 31u) == 1u;
+}
+
+fn is_positive(a: Wide) -> bool {
+    return !is_negative(a) && (a.x | a.y) != 0u;
+}
+
+// Of numbers without sign.
+fn is_less(a: Wide, b: Wide) -> bool {
+    return a.y < b.y || (a.y == b.y && a.x < b.x);
+}
+
+fn subtract(a: Wide, b: Wide) -> Wide {
+    return Wide(a.x - b.x, a.y - b.y - select(0u, 1u, a.x < b.x));
+}
+
+fn doubled(a: Wide, bit: u32) -> Wide {
+    return Wide((a.x << 1u) | bit, (a.y << 1u) | (a.x >> 31u));
+}
+
+// The first `bits` bits after the binary point of value / weight for 0 <= value < weight < 2^63, by long division.
+fn fraction_bits(value: Wide, weight: Wide, bits: u32) -> u32 {
+    var rest = value;
+    var quotient = 0u;
+    for (var i = 0u; i < bits; i++) {
+        rest = doubled(rest, 0u);
+        quotient = quotient << 1u;
+        if !is_less(rest, weight) {
+            rest = subtract(rest, weight);
+            quotient |= 1u;
+        }
+    }
+    return quotient;
+}
+
+// What is left of a value after whole multiples of a positive weight, from 0 on also for negative values.
+fn remainder(value: Wide, weight: Wide) -> Wide {
+    let negative = is_negative(value);
+    let size = select(value, subtract(Wide(0u, 0u), value), negative);
+    var rest = Wide(0u, 0u);
+    for (var i = 0u; i < 64u; i++) {
+        let word = select(size.x, size.y, i < 32u);
+        rest = doubled(rest, (word >> (31u - (i & 31u))) & 1u);
+        if !is_less(rest, weight) {
+            rest = subtract(rest, weight);
+        }
+    }
+    if negative && (rest.x | rest.y) != 0u {
+        return subtract(weight, rest);
+    }
+    return rest;
+}
+
+// The quotient to 24 bits, rounded and clamped.
+fn divided_depth(value: Wide, weight: Wide, low: u32, high: u32) -> u32 {
+    if !is_positive(weight) || (!is_negative(value) && !is_less(value, weight)) {
+        return high;
+    }
+    if !is_positive(value) {
+        return low;
+    }
+    return clamp((fraction_bits(value, weight, 25u) + 1u) >> 1u, low, high);
+}
+
+// 32 bits after the binary point.
+fn fraction_at(plane: Plane, triangle: u32, x: u32, y: u32) -> u32 {
     let value = plane_at(plane, x, y);
-    let fraction = (value.y << 24u) | (value.x >> 8u);
+    if params.in_perspective == 0u {
+        return (value.y << 24u) | (value.x >> 8u);
+    }
+    let weight = plane_at(weights[triangle], x, y);
+    if !is_positive(weight) {
+        return 0u;
+    }
+    return fraction_bits(remainder(value, weight), weight, 32u);
+}
+
+// floor(fraction * size) for size < 2^16.
+fn texel_of(fraction: u32, size: u32) -> u32 {
     return ((fraction >> 16u) * size + (((fraction & 0xffffu) * size) >> 16u)) >> 16u;
 }
 
-fn passes_mask(index: u32, x: u32, y: u32) -> bool {
-    let column = wrapped_texel_at(mask_planes[index].u, x, y, mask_planes[index].width);
-    let row = wrapped_texel_at(mask_planes[index].v, x, y, mask_planes[index].height);
+fn passes_mask(index: u32, triangle: u32, x: u32, y: u32) -> bool {
+    let column = texel_of(fraction_at(mask_planes[index].u, triangle, x, y), mask_planes[index].width);
+    let row = texel_of(fraction_at(mask_planes[index].v, triangle, x, y), mask_planes[index].height);
     let bit = mask_planes[index].first_bit + row * mask_planes[index].width + column;
     return ((mask_bits[bit / 32u] >> (bit % 32u)) & 1u) == 1u;
 }
@@ -133,13 +213,20 @@ fn visit(index: u32, scatter_keys: bool) {
             let at = shift + vec2<u32>(x, y);
             var covered = (edges.x | edges.y | edges.z) >= 0;
             if covered && triangle.mask_index != NO_MASK {
-                covered = passes_mask(triangle.mask_index, at.x, at.y);
+                covered = passes_mask(triangle.mask_index, item.triangle, at.x, at.y);
             }
             if covered {
                 let texel = (origin.y + y - params.first_row) * params.width + origin.x + x;
                 let slot = atomicAdd(&counters[texel], 1u);
                 if scatter_keys {
-                    let depth = depth_at(triangle.depth, at.x, at.y, triangle.depth_low, triangle.depth_high);
+                    var depth = 0u;
+                    if params.in_perspective == 0u {
+                        depth = depth_at(triangle.depth, at.x, at.y, triangle.depth_low, triangle.depth_high);
+                    } else {
+                        let value = plane_at(triangle.depth, at.x, at.y);
+                        let weight = plane_at(weights[item.triangle], at.x, at.y);
+                        depth = divided_depth(value, weight, triangle.depth_low, triangle.depth_high);
+                    }
                     keys[slot] = vec2<u32>(params.first_triangle + item.triangle, depth);
                 }
             }

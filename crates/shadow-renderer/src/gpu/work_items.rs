@@ -55,11 +55,13 @@ fn pack(low: u32, high: u32) -> u32 {
     low | high << 16
 }
 
-/// Triangles of one chunk and the mask planes they use, indices made relative to the chunk.
+/// Triangles of one chunk, the mask planes they use, indices made relative to the chunk, and in perspective their weights.
 pub(crate) fn gpu_triangles(
     prepared: &PreparedTriangles,
     chunk: std::ops::Range<usize>,
-) -> (Vec<GpuTriangle>, Vec<GpuMaskPlanes>) {
+) -> (Vec<GpuTriangle>, Vec<GpuMaskPlanes>, Vec<[i64; 3]>) {
+    let weights = prepared.weights.get(chunk.clone()).unwrap_or_default();
+    let weights = weights.iter().map(|&weight| words(weight)).collect();
     let triangles = &prepared.triangles[chunk];
     // Mask planes stand in the order of their triangles.
     let masked = || triangles.iter().filter(|t| t.mask != NO_MASK).map(|t| t.mask);
@@ -85,7 +87,7 @@ pub(crate) fn gpu_triangles(
         reference: pack(u32::from(t.bounds[0]), u32::from(t.bounds[1])),
         mask: if t.mask == NO_MASK { NO_MASK } else { t.mask - first_mask },
     });
-    (triangles.collect(), planes)
+    (triangles.collect(), planes, weights)
 }
 
 /// Rectangles of the triangles of one chunk within rows `rows` that may hold covered texels.

@@ -10,7 +10,7 @@ use super::{FIT_MARGIN, LightFrame, check_size};
 use crate::RenderError;
 
 /// Margin in texels for one side of the map: [`FIT_MARGIN`], or a ninth of small maps, so that 1 texel stays 1 texel.
-fn margin(size: u32) -> f64 {
+pub(super) fn margin(size: u32) -> f64 {
     f64::from(FIT_MARGIN.min(size / 9))
 }
 
@@ -79,6 +79,7 @@ impl LightFrame {
             right,
             down,
             forward,
+            eye: None,
             texels_per_unit: scale,
             origin_texel: [centre(0, width), centre(1, height)],
             near: low[2],

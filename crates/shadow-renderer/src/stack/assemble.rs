@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::stack::FacingBits;
 use crate::stack::fixed_point::depth_from_fixed;
 use crate::stack::memory::zeroed;
+use crate::stack::perspective;
 use crate::stack::prepare::PreparedTriangles;
 use crate::{RenderError, ShadowMapStack};
 
@@ -28,9 +29,12 @@ pub(crate) struct Band {
 
 /// Joins bands, in the map's order, into a stack.
 pub(crate) fn assemble(prepared: PreparedTriangles, bands: Vec<Band>) -> Result<ShadowMapStack, RenderError> {
-    let PreparedTriangles { triangles, surfaces, width, height, .. } = prepared;
-    // Makes room for the stack.
-    drop(triangles);
+    let PreparedTriangles { mut triangles, surfaces, weights, width, height, .. } = prepared;
+    let in_perspective = !weights.is_empty();
+    if !in_perspective {
+        // Makes room for the stack.
+        triangles = Vec::new();
+    }
     let fragments: usize = bands.iter().map(|b| b.keys.len()).sum();
     if fragments as u64 > u64::from(u32::MAX) {
         return Err(RenderError::TooManyFragments { at_least: fragments as u64 });
@@ -45,17 +49,17 @@ pub(crate) fn assemble(prepared: PreparedTriangles, bands: Vec<Band>) -> Result<
 
     let mut parts = Vec::with_capacity(bands.len());
     let mut rest = (&mut offsets[..texels], &mut depths[..], &mut gradients[..]);
-    let mut first = 0;
+    let (mut first, mut first_texel) = (0, 0);
     for band in bands {
         let (offsets, later_offsets) = rest.0.split_at_mut(band.starts.len());
         let (depths, later_depths) = rest.1.split_at_mut(band.keys.len());
         let (gradients, later_gradients) = rest.2.split_at_mut(band.keys.len());
         rest = (later_offsets, later_depths, later_gradients);
-        let length = band.keys.len();
-        parts.push((first, band, offsets, depths, gradients));
-        first += length;
+        let (length, texels) = (band.keys.len(), band.starts.len());
+        parts.push(((first, first_texel), band, offsets, depths, gradients));
+        (first, first_texel) = (first + length, first_texel + texels);
     }
-    parts.into_par_iter().for_each(|(first, band, offsets, depths, gradients)| {
+    parts.into_par_iter().for_each(|((first, first_texel), band, offsets, depths, gradients)| {
         for (offset, start) in offsets.iter_mut().zip(&band.starts) {
             *offset = first as u32 + start;
         }
@@ -70,6 +74,9 @@ pub(crate) fn assemble(prepared: PreparedTriangles, bands: Vec<Band>) -> Result<
                 words[(first + i) / 32].fetch_or(word, Ordering::Relaxed);
                 word = 0;
             }
+        }
+        if in_perspective {
+            perspective::gradients(&triangles, &weights, first_texel, width, &band, gradients);
         }
     });
     let words = words.into_iter().map(AtomicU32::into_inner).collect();

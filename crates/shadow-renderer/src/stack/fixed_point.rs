@@ -8,6 +8,9 @@ use scenes::{AlphaMask, InvalidScene, Scene};
 
 /// Fractional bits of a plane.
 const PLANE_BITS: u32 = 40;
+/// Fractional bits of the planes of a [`Quotient`]: numerator and denominator lie near 1, and their errors grow with the
+/// ratio of the farthest to the nearest depth.
+const QUOTIENT_BITS: u32 = 48;
 /// Depths are multiples of 2^-24 in [0, 1], exact in `f32`.
 pub(crate) const DEPTH_BITS: u32 = 24;
 /// Fractional bits that a depth loses when it is stored.
@@ -23,7 +26,16 @@ pub(crate) struct Plane {
 
 impl Plane {
     pub fn new(base: f64, step: [f64; 2]) -> Self {
-        let fixed = |v: f64| (v * (1u64 << PLANE_BITS) as f64 + f64::copysign(0.5, v)) as i64;
+        Self::with_bits(base, step, PLANE_BITS)
+    }
+
+    /// Numerator or denominator of a [`Quotient`].
+    pub fn of_quotient(base: f64, step: [f64; 2]) -> Self {
+        Self::with_bits(base, step, QUOTIENT_BITS)
+    }
+
+    fn with_bits(base: f64, step: [f64; 2], bits: u32) -> Self {
+        let fixed = |v: f64| (v * (1u64 << bits) as f64 + f64::copysign(0.5, v)) as i64;
         Self { base: fixed(base), step: step.map(fixed) }
     }
 
@@ -42,11 +54,50 @@ impl Plane {
         Depths { rounded: self.at(x, y).wrapping_add(half), step: self.step[0], low, high }
     }
 
-    /// The index of the texel that holds the value in a repeating row of `size` texels, `size` < 2^16.
+    /// The index of the texel that holds the value in a repeating row of `size` texels, `size` < 2^16. In perspective the
+    /// value is divided by a weight.
     #[inline]
-    pub fn wrapped_texel_at(&self, x: u32, y: u32, size: u32) -> u32 {
-        let fraction = (self.at(x, y) >> (PLANE_BITS - 32)) as u32;
+    pub fn wrapped_texel_at(&self, weight: Option<&Self>, x: u32, y: u32, size: u32) -> u32 {
+        let fraction = match weight {
+            None => (self.at(x, y) >> (PLANE_BITS - 32)) as u32,
+            Some(weight) => Quotient { value: self.at(x, y), weight: weight.at(x, y) }.fraction(),
+        };
         ((u64::from(fraction) * u64::from(size)) >> 32) as u32
+    }
+}
+
+/// What is linear over texels in perspective are values divided by the distance, and the reciprocal distance itself, the
+/// weight; the value is the quotient of both. It is rounded as a whole number is, so that no device disagrees.
+#[derive(Clone, Copy)]
+pub(crate) struct Quotient {
+    pub value: i64,
+    pub weight: i64,
+}
+
+impl Quotient {
+    /// As a depth in units of 2^-24, rounded and clamped; `high` where the weight, that of a sliver's far side, is none.
+    #[inline]
+    pub fn depth(self, low: u32, high: u32) -> u32 {
+        let Self { value, weight } = self;
+        if weight <= 0 || value >= weight {
+            return high;
+        }
+        if value <= 0 {
+            return low;
+        }
+        // Below 2^25 as the quotient is below 1; half a unit more rounds.
+        let doubled = ((value as u128) << (DEPTH_BITS + 1)) / weight as u128;
+        (((doubled + 1) >> 1) as u32).max(low).min(high)
+    }
+
+    /// The first 32 bits after the binary point; 0 without a weight.
+    #[inline]
+    pub fn fraction(self) -> u32 {
+        if self.weight <= 0 {
+            return 0;
+        }
+        let rest = self.value.rem_euclid(self.weight);
+        (((rest as u128) << 32) / self.weight as u128) as u32
     }
 }
 
@@ -114,13 +165,10 @@ impl Masks {
             let fail = |what: String| {
                 scene.inconsistent(format!("alpha mask of material '{}' {what}", material.name))
             };
+            if let Some(fault) = mask.fault() {
+                return Err(fail(fault));
+            }
             let AlphaMask { width, height, ref alpha, cutoff } = **mask;
-            if !(1..1 << 16).contains(&width) || !(1..1 << 16).contains(&height) {
-                return Err(fail(format!("has {width}x{height} texels, each side must lie in 1..=65535")));
-            }
-            if alpha.len() as u64 != u64::from(width) * u64::from(height) {
-                return Err(fail(format!("has {} values for {width}x{height} texels", alpha.len())));
-            }
             let end = first_bit + alpha.len() as u64;
             // The shader addresses bits with 32 bits and at most 128 MiB.
             if end > 1 << 30 {
@@ -138,12 +186,12 @@ impl Masks {
         Ok(masks)
     }
 
-    /// Alpha test `x`, `y` texels from the planes' reference texel.
+    /// Alpha test `x`, `y` texels from the planes' reference texel; in perspective they are divided by a weight.
     #[inline]
-    pub fn passes(&self, planes: &MaskPlanes, x: u32, y: u32) -> bool {
+    pub fn passes(&self, planes: &MaskPlanes, weight: Option<&Plane>, x: u32, y: u32) -> bool {
         let entry = self.entries[planes.mask as usize];
-        let u = planes.u.wrapped_texel_at(x, y, entry.width);
-        let v = planes.v.wrapped_texel_at(x, y, entry.height);
+        let u = planes.u.wrapped_texel_at(weight, x, y, entry.width);
+        let v = planes.v.wrapped_texel_at(weight, x, y, entry.height);
         let bit = entry.first_bit + v * entry.width + u;
         self.bits[(bit / 32) as usize] >> (bit % 32) & 1 == 1
     }

@@ -6,6 +6,7 @@ mod file;
 pub(crate) mod fixed_point;
 mod glyphs;
 pub(crate) mod memory;
+mod perspective;
 pub mod pictures;
 pub(crate) mod prepare;
 pub(crate) mod rasterize;
@@ -13,7 +14,7 @@ pub(crate) mod stage_times;
 
 use crate::RenderError;
 
-/// All fragments of a directional light's view, exactly, without a limit on layers.
+/// All fragments of a light's view, exactly, without a limit on layers.
 ///
 /// Texel (x, y) has index `t = y * width + x`; its fragments are `offsets[t]..offsets[t + 1]`, ascending in depth.
 /// Equal depths stand in the order of the scene's triangles; coincident surfaces are all kept. An empty texel has no
@@ -28,7 +29,8 @@ pub struct ShadowMapStack {
     pub offsets: Vec<u32>,
     /// Depth of each fragment in [0, 1], 0 at the light; renderings hold multiples of 2^-24.
     pub depths: Vec<f32>,
-    /// d depth / d texel x and d depth / d texel y of each fragment's plane; steep slivers may have huge values.
+    /// d depth / d texel x and d depth / d texel y of each fragment's surface at the texel's centre, in perspective as
+    /// under directional lights; steep slivers may have huge values.
     pub gradients: Vec<[f32; 2]>,
     /// One bit a fragment: its surface's front side points to the light.
     pub light_facing: FacingBits,

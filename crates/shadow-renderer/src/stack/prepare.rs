@@ -6,12 +6,13 @@ use rayon::prelude::*;
 use scenes::Scene;
 
 use crate::stack::fixed_point::{DEPTH_BITS, MaskPlanes, Masks, Plane};
+use crate::stack::perspective;
 use crate::{LightFrame, RenderError};
 
 /// Sub-texel steps per texel to which vertices are snapped.
 pub(crate) const SUBTEXELS: i32 = 256;
 /// Largest distance from the map's origin, in texels, at which edge functions stay exact in the shader.
-const GUARD_TEXELS: u32 = 16384;
+pub(super) const GUARD_TEXELS: u32 = 16384;
 /// Marks a triangle without alpha mask.
 pub(crate) const NO_MASK: u32 = u32::MAX;
 
@@ -59,36 +60,53 @@ pub(crate) struct Surface {
 
 /// A vertex on the texel grid.
 #[derive(Clone, Copy)]
-struct Projected {
+pub(super) struct Projected {
     /// Texel coordinates and depth.
-    exact: [f64; 3],
+    pub exact: [f64; 3],
     /// Texel coordinates in units of 1/256 texel.
     snapped: [i32; 2],
 }
 
-/// All triangles of a scene, in its order.
+impl Projected {
+    pub fn new(exact: [f64; 3]) -> Self {
+        Self { exact, snapped: [snap(exact[0]), snap(exact[1])] }
+    }
+
+    /// Whether edge functions of this vertex would not be exact.
+    pub fn is_outside(&self) -> bool {
+        let [x, y, depth] = self.exact;
+        !(x.is_finite()
+            && y.is_finite()
+            && depth.is_finite()
+            && x.abs().max(y.abs()) <= f64::from(GUARD_TEXELS))
+    }
+}
+
+/// All triangles of a scene, in its order; in perspective their visible pieces.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedTriangles {
     pub triangles: Vec<PreparedTriangle>,
     pub surfaces: Vec<Surface>,
     pub mask_planes: Vec<MaskPlanes>,
     pub masks: Masks,
+    /// In perspective, one a triangle, by which depth and mask planes are divided; empty otherwise.
+    pub weights: Vec<Plane>,
     pub width: u32,
     pub height: u32,
-    tally: Tally,
+    pub(super) tally: Tally,
 }
 
 /// What became of some triangles.
 #[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    degenerate: usize,
-    uncovering: usize,
+pub(super) struct Tally {
+    pub degenerate: usize,
+    pub uncovering: usize,
     /// Sum of twice the areas in squared sub-texels, each at most that of the bounds; saturating.
     area_twice: u64,
 }
 
 impl Tally {
-    fn join(self, other: Self) -> Self {
+    pub fn join(self, other: Self) -> Self {
         Self {
             degenerate: self.degenerate + other.degenerate,
             uncovering: self.uncovering + other.uncovering,
@@ -117,6 +135,9 @@ impl PreparedTriangles {
     /// size.
     pub fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
+        if frame.eye.is_some() {
+            return perspective::prepare(scene, frame, masks);
+        }
         let projected = project(scene, frame)?;
         let count = scene.triangles.len();
         let mut triangles: Vec<PreparedTriangle> = crate::stack::memory::zeroed("the triangles", count)?;
@@ -147,7 +168,7 @@ impl PreparedTriangles {
             mask_planes = set_up_masks(scene, &projected, &mut triangles)?;
         }
         let [width, height] = size;
-        Ok(Self { triangles, surfaces, mask_planes, masks, width, height, tally })
+        Ok(Self { triangles, surfaces, mask_planes, masks, weights: Vec::new(), width, height, tally })
     }
 
     /// Triangles dropped because their area is zero after snapping.
@@ -168,9 +189,6 @@ impl PreparedTriangles {
 
 /// All vertices on the texel grid.
 fn project(scene: &Scene, frame: &LightFrame) -> Result<Vec<Projected>, RenderError> {
-    let outside = |p: &[f64; 3]| {
-        !p.iter().all(|c| c.is_finite()) || p[0].abs().max(p[1].abs()) > f64::from(GUARD_TEXELS)
-    };
     let any_outside = AtomicBool::new(false);
     let mut projected = Vec::with_capacity(scene.vertices.len());
     crate::stack::memory::prefer_huge_pages(&projected);
@@ -178,16 +196,16 @@ fn project(scene: &Scene, frame: &LightFrame) -> Result<Vec<Projected>, RenderEr
         .vertices
         .par_iter()
         .map(|v| {
-            let exact = frame.project(v.position.map(f64::from));
-            if outside(&exact) {
+            let vertex = Projected::new(frame.project(v.position.map(f64::from)));
+            if vertex.is_outside() {
                 any_outside.store(true, Ordering::Relaxed);
             }
-            Projected { exact, snapped: [snap(exact[0]), snap(exact[1])] }
+            vertex
         })
         .collect_into_vec(&mut projected);
     if any_outside.into_inner() {
         // A vertex without triangles may lie anywhere.
-        let strays = |&i: &u32| outside(&projected[i as usize].exact);
+        let strays = |&i: &u32| projected[i as usize].is_outside();
         let triangle = scene.triangles.par_iter().find_first(|t| t.iter().any(strays));
         if let Some(&vertex) = triangle.and_then(|t| t.iter().find(|i| strays(i))) {
             let (vertex, [x, y, _]) = (vertex as usize, projected[vertex as usize].exact);
@@ -224,7 +242,7 @@ const AREA_TWICE_OF_TEXEL: u64 = 2 * (SUBTEXELS * SUBTEXELS) as u64;
 
 /// `None` for a triangle that covers no texel centre by its area or bounds.
 #[inline]
-fn set_up(
+pub(super) fn set_up(
     vertices: &[Projected; 3],
     mask: u32,
     size: [u32; 2],
@@ -274,7 +292,7 @@ fn set_up(
 
 /// Corners before snapping, unless snapping changed the area too much for the plane through them to be of use.
 #[inline]
-fn plane_corners(vertices: &[Projected; 3]) -> [[f64; 2]; 3] {
+pub(super) fn plane_corners(vertices: &[Projected; 3]) -> [[f64; 2]; 3] {
     let exact = vertices.map(|v| [v.exact[0], v.exact[1]]);
     let snapped = vertices.map(|v| v.snapped.map(|c| f64::from(c) / f64::from(SUBTEXELS)));
     // The quotient of the areas is at least one half; multiplied out, as divisions are slow.
@@ -291,11 +309,7 @@ fn set_up_masks(
     let mut mask_planes = Vec::new();
     for (source, triangle) in triangles.iter_mut().enumerate().filter(|(_, t)| t.mask != NO_MASK) {
         let corners = scene.triangles[source].map(|i| i as usize);
-        let uv = corners.map(|i| scene.vertices[i].uv);
-        if !uv.iter().flatten().all(|c| c.is_finite()) {
-            let what = format!("triangle {source} has texture coordinates that are not finite");
-            return Err(scene.inconsistent(what).into());
-        }
+        let uv = mask_coordinates(scene, source)?;
         let planes = set_up_mask(triangle, &corners.map(|i| projected[i]), uv);
         triangle.mask = mask_planes.len() as u32;
         mask_planes.push(planes);
@@ -303,13 +317,22 @@ fn set_up_masks(
     Ok(mask_planes)
 }
 
-fn set_up_mask(triangle: &PreparedTriangle, vertices: &[Projected; 3], uv: [[f32; 2]; 3]) -> MaskPlanes {
+/// Texture coordinates of a masked triangle. Whole repetitions are taken off, they would waste bits of the fixed point.
+pub(super) fn mask_coordinates(scene: &Scene, triangle: usize) -> Result<[[f64; 2]; 3], RenderError> {
+    let uv = scene.triangles[triangle].map(|i| scene.vertices[i as usize].uv.map(f64::from));
+    if !uv.iter().flatten().all(|c| c.is_finite()) {
+        let what = format!("triangle {triangle} has texture coordinates that are not finite");
+        return Err(scene.inconsistent(what).into());
+    }
+    let whole = uv[0].map(f64::floor);
+    Ok(uv.map(|c| [0, 1].map(|k| c[k] - whole[k])))
+}
+
+fn set_up_mask(triangle: &PreparedTriangle, vertices: &[Projected; 3], uv: [[f64; 2]; 3]) -> MaskPlanes {
     let plane_corners = plane_corners(vertices);
     let reference = [f64::from(triangle.bounds[0]) + 0.5, f64::from(triangle.bounds[1]) + 0.5];
     let plane = |k: usize| {
-        // Whole repetitions are taken off first, they would waste bits of the fixed point.
-        let whole = f64::from(uv[0][k]).floor();
-        let (value, step) = plane_through(plane_corners, uv.map(|c| f64::from(c[k]) - whole), reference);
+        let (value, step) = plane_through(plane_corners, uv.map(|c| c[k]), reference);
         Plane::new(value, step)
     };
     MaskPlanes { u: plane(0), v: plane(1), mask: triangle.mask }
@@ -324,7 +347,7 @@ pub(crate) fn snap(texels: f64) -> i32 {
 }
 
 /// Value at `reference` and gradient of the linear function with the given values at the corners.
-fn plane_through(c: [[f64; 2]; 3], value: [f64; 3], reference: [f64; 2]) -> (f64, [f64; 2]) {
+pub(super) fn plane_through(c: [[f64; 2]; 3], value: [f64; 3], reference: [f64; 2]) -> (f64, [f64; 2]) {
     let [dx1, dy1] = [c[1][0] - c[0][0], c[1][1] - c[0][1]];
     let [dx2, dy2] = [c[2][0] - c[0][0], c[2][1] - c[0][1]];
     let (v1, v2) = (value[1] - value[0], value[2] - value[0]);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use crate::RenderError;
 use crate::stack::assemble::{Band, Key, key};
 use crate::stack::edges::for_each_span;
-use crate::stack::fixed_point::Depths;
+use crate::stack::fixed_point::{Depths, Quotient};
 use crate::stack::memory::Budget;
 use crate::stack::prepare::{NO_MASK, PreparedTriangle, PreparedTriangles};
 
@@ -147,6 +147,13 @@ impl Unordered {
         }
     }
 
+    /// Adds one.
+    #[inline]
+    fn push(&mut self, texel: u32, key: Key) {
+        (self.texels[self.len], self.keys[self.len]) = (texel, key);
+        self.len += 1;
+    }
+
     /// Adds `count` neighbours from `texel` on; depths ascend by `depth.step` from `depth.next`.
     #[inline(always)]
     fn push_row(&mut self, texel: u32, count: usize, mut depth: Depths, triangle: u32) {
@@ -195,13 +202,26 @@ fn rasterize_band(
             let [x0, y0, x1, y1] = triangle.bounds.map(u32::from);
             fragments.reserve(((x1 - x0) * rows.len().min((y1 - y0) as usize) as u32) as usize);
             let planes = (triangle.mask != NO_MASK).then(|| &prepared.mask_planes[triangle.mask as usize]);
+            if let Some(weight) = prepared.weights.get(index as usize) {
+                for_each_span(triangle, rows.clone(), |y, span| {
+                    let shown = |x: &u32| {
+                        planes.is_none_or(|of| prepared.masks.passes(of, Some(weight), x - x0, y - y0))
+                    };
+                    for x in span.filter(shown) {
+                        let (value, weight) = (triangle.depth.at(x - x0, y - y0), weight.at(x - x0, y - y0));
+                        let depth = Quotient { value, weight }.depth(triangle.depth_low, triangle.depth_high);
+                        fragments.push((y - first_row) * width + x, key(depth, index));
+                    }
+                });
+                continue;
+            }
             for_each_span(triangle, rows.clone(), |y, span| {
                 let depths = |x: u32| {
                     triangle.depth.depths_from(x - x0, y - y0, triangle.depth_low, triangle.depth_high)
                 };
                 let texel = (y - first_row) * width;
                 if let Some(planes) = planes {
-                    for x in span.filter(|x| prepared.masks.passes(planes, x - x0, y - y0)) {
+                    for x in span.filter(|x| prepared.masks.passes(planes, None, x - x0, y - y0)) {
                         fragments.push_row(texel + x, 1, depths(x), index);
                     }
                 } else {

@@ -23,26 +23,33 @@ pub(super) fn check(plan: &SoftPlan<'_>) -> Result<(), EvaluationError> {
     let experiment = plan.experiment;
     let pictures = experiment.picture.iter().enumerate();
     for (i, picture) in pictures {
-        plan.place(&picture.id, (&picture.scene, &picture.view), &format!("picture[{i}]"))?;
+        plan.place(&picture.id, (&picture.scene, &picture.view, &picture.light), &format!("picture[{i}]"))?;
     }
     for (i, picture) in experiment.receiver.iter().enumerate() {
-        plan.place(&picture.id, (&picture.scene, &picture.view), &format!("receiver[{i}]"))?;
+        plan.place(&picture.id, (&picture.scene, &picture.view, &picture.light), &format!("receiver[{i}]"))?;
     }
     Ok(())
 }
 
 impl SoftPlan<'_> {
-    /// The view of a picture.
+    /// View and light of a picture.
     pub(super) fn place(
         &self,
         id: &str,
-        (scene, name): (&str, &str),
+        (scene, name, light): (&str, &str, &str),
         key: &str,
-    ) -> Result<usize, EvaluationError> {
-        let is_meant =
-            |view: &SoftView<'_>| view.scene.loaded.label == scene && (name.is_empty() || view.name == name);
-        self.views.iter().position(is_meant).ok_or_else(|| {
-            let reason = format!("picture `{id}`: view `{name}` of scene `{scene}` is not evaluated");
+    ) -> Result<(usize, usize), EvaluationError> {
+        let light = self.experiment.lit_by(light, &format!("{key}.light"))?;
+        let setting = &self.experiment.light[light];
+        let is_meant = |view: &SoftView<'_>| {
+            let is_lit = setting.shines_on(view.light) && view.scene.loaded.label == scene;
+            is_lit && (name.is_empty() || view.light.name == name)
+        };
+        self.views.iter().position(is_meant).map(|view| (view, light)).ok_or_else(|| {
+            let light = &setting.name;
+            let reason = format!(
+                "picture `{id}`: view `{name}` of scene `{scene}` is not evaluated under light `{light}`"
+            );
             EvaluationError::key(format!("{key}.view"), reason)
         })
     }
@@ -68,9 +75,9 @@ fn draw_one(
 ) -> Result<(), EvaluationError> {
     let fail = |reason: String| EvaluationError::Value(format!("picture `{}`: {reason}", picture.id));
     let experiment = plan.experiment;
-    let number = plan.place(&picture.id, (&picture.scene, &picture.view), key)?;
+    let place = (picture.scene.as_str(), picture.view.as_str(), picture.light.as_str());
+    let (number, light) = plan.place(&picture.id, place, key)?;
     let view = &plan.views[number];
-    let light = experiment.lit_by(&picture.light, &format!("{key}.light"))?;
     let lit = plan.lit(number, light)?;
     let [width, height] = picture.output;
     let frame = Frame::render(view.scene.scene, width, height).map_err(|error| fail(error.to_string()))?;
@@ -81,8 +88,7 @@ fn draw_one(
     let shaded = |shadows: &[Option<f64>]| {
         // Surfaces that face away from the light are dark by their cosine.
         let visibility: Vec<f32> = shadows.iter().map(|shadow| 1.0 - shadow.unwrap_or(0.0) as f32).collect();
-        let forward = view.frame.forward.map(|c| c as f32);
-        frame.shade(forward, &visibility)
+        frame.shade(view.light, &visibility)
     };
     let truth = shadows(&|point| lit.truth(&view.receiver(point, &experiment.bias[0])));
     let mut columns = vec![shaded(&truth)];

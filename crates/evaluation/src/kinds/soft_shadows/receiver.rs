@@ -53,9 +53,9 @@ fn draw_one(
 ) -> Result<(), EvaluationError> {
     let fail = |reason: String| EvaluationError::Value(format!("picture `{}`: {reason}", picture.id));
     let experiment = plan.experiment;
-    let number = plan.place(&picture.id, (&picture.scene, &picture.view), key)?;
+    let place = (picture.scene.as_str(), picture.view.as_str(), picture.light.as_str());
+    let (number, light) = plan.place(&picture.id, place, key)?;
     let view = &plan.views[number];
-    let light = experiment.lit_by(&picture.light, &format!("{key}.light"))?;
     let lit = plan.lit(number, light)?;
     let techniques = experiment.named(&picture.techniques, &format!("{key}.techniques"))?;
     let Some(finding) = findings.iter().find(|f| f.view == number && f.light == light) else {
@@ -101,7 +101,7 @@ fn draw_one(
         tables.receivers.push(ReceiverRecord {
             picture: picture.id.clone(),
             scene: view.scene.loaded.label.to_owned(),
-            view: view.name.to_owned(),
+            view: view.light.name.clone(),
             technique: technique.name.clone(),
             x,
             y,

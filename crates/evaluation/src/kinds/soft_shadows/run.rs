@@ -64,16 +64,15 @@ impl SoftShadowsExperiment {
         let truth = self.nets().map_err(|error| value(format!("truth: {error}")))?;
         let plan = SoftPlan { experiment: self, views: &views, truth, noise };
         picture::check(&plan)?;
-        let (done, total) = (AtomicUsize::new(0), views.len() * self.light.len());
+        let pairs = plan.pairs()?;
+        let (done, total) = (AtomicUsize::new(0), pairs.len());
         let (mut findings, mut rows, mut sweeps) = (Vec::new(), Vec::new(), Sweeps::default());
-        for view in 0..views.len() {
-            for light in 0..self.light.len() {
-                let finding = plan.finding(view, light, &mut rows)?;
-                let known: Vec<f64> = finding.judged[0].truth.iter().map(|truth| truth.fraction).collect();
-                sweeps.add(self, (&views[view], light), (&plan.truth, &known, &finding.judged[0].widths))?;
-                findings.push(finding);
-                (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-            }
+        for &(view, light) in &pairs {
+            let finding = plan.finding(view, light, &mut rows)?;
+            let known: Vec<f64> = finding.judged[0].truth.iter().map(|truth| truth.fraction).collect();
+            sweeps.add(self, (&views[view], light), (&plan.truth, &known, &finding.judged[0].widths))?;
+            findings.push(finding);
+            (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
         }
         let best = plan.best(&findings);
         let records = plan.records(&findings, &best);
@@ -94,10 +93,25 @@ impl SoftShadowsExperiment {
 }
 
 impl SoftPlan<'_> {
+    /// Every view under every light that is meant for it.
+    pub(super) fn pairs(&self) -> Result<Vec<(usize, usize)>, EvaluationError> {
+        let lights = &self.experiment.light;
+        let all = (0..self.views.len()).flat_map(|view| (0..lights.len()).map(move |light| (view, light)));
+        let pairs: Vec<(usize, usize)> =
+            all.filter(|&(view, light)| lights[light].shines_on(self.views[view].light)).collect();
+        if pairs.is_empty() {
+            let reason = "no light is meant for any of the views: those without a shape are for views with a light \
+                          of their own, the others for the rest";
+            return Err(EvaluationError::key("light", reason));
+        }
+        Ok(pairs)
+    }
+
     /// A view under a light, for methods and truth.
     pub(super) fn lit(&self, view: usize, light: usize) -> Result<SoftShadow<'_>, EvaluationError> {
-        let area_light = self.experiment.light[light].placed(&format!("light[{light}]"))?;
-        Ok(self.views[view].lit(&area_light, &self.truth))
+        let view = &self.views[view];
+        let area_light = self.experiment.light[light].of(view.light, &format!("light[{light}]"))?;
+        Ok(view.lit(&area_light, &self.truth))
     }
 
     fn finding(
@@ -167,11 +181,13 @@ impl SoftPlan<'_> {
         let [x, y] = of.frame.texels_per_unit;
         let widths = lit.penumbra.search(1.0);
         let setting = &self.experiment.light[light];
+        let shape = setting.shape.as_deref().unwrap_or_default();
+        let shape = if shape.is_empty() { of.light.light.to_string() } else { shape.to_owned() };
         SoftViewRecord {
             scene: of.scene.loaded.label.to_owned(),
-            view: of.name.to_owned(),
+            view: of.light.name.clone(),
             light: setting.name.clone(),
-            shape: setting.shape.clone(),
+            shape,
             population: POPULATIONS[population],
             all: of.all[population],
             sampled: truth.len(),
@@ -252,15 +268,20 @@ impl SoftPlan<'_> {
                         records.push(record(&group, &outcomes, error.unwrap_or_default()));
                     };
                     let lit: Vec<&Finding> = findings.iter().filter(|f| f.light == light).collect();
+                    if lit.is_empty() {
+                        continue;
+                    }
                     let bias = best[technique][light];
                     for finding in &lit {
-                        let view = self.views[finding.view].name;
+                        let view = self.views[finding.view].light.name.as_str();
                         push(scene_of(finding), view, bias, Class::All, &[finding]);
                     }
                     for scene in &scenes {
                         let of_scene: Vec<&Finding> =
                             lit.iter().filter(|f| scene_of(f) == *scene).copied().collect();
-                        push(scene, "all", bias, Class::All, &of_scene);
+                        if !of_scene.is_empty() {
+                            push(scene, "all", bias, Class::All, &of_scene);
+                        }
                     }
                     for class in Class::each() {
                         push("all", "all", bias, class, &lit);

@@ -9,8 +9,8 @@ use crate::fragments::{MAX_SIZE, SceneSettings};
 use crate::pictures::check_output;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
-use applications::AreaLight;
 use applications::soft_shadow::{AreaTruth, TruthSettings};
+use scenes::{AreaLight, LightView};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
 
@@ -35,7 +35,7 @@ pub struct SoftShadowsExperiment {
     pub truth: TruthSetting,
     /// Depth biases; every method is told with the best of them for each light; sweeps take the first.
     pub bias: Vec<DepthBias>,
-    /// The lights, as every view has them.
+    /// The lights, each for the views that it is meant for.
     pub light: Vec<LightSetting>,
     /// What is timed.
     pub timing: SoftTiming,
@@ -71,8 +71,10 @@ pub struct TruthSetting {
 pub struct LightSetting {
     /// Name in records.
     pub name: String,
-    /// As for `--light`: `sun:DEGREES` or `sun:AxB`.
-    pub shape: String,
+    /// As for `--light`: `sun:DEGREES` or `sun:AxB`, for all views whose light has no extent. Without it: the lights that
+    /// views have themselves, such as lamps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<String>,
 }
 
 /// Timings on one thread.
@@ -174,7 +176,7 @@ impl Settings for SoftShadowsExperiment {
         }
         unique(("light", "name", "light"), self.light.iter().map(|light| light.name.as_str()))?;
         for (i, light) in self.light.iter().enumerate() {
-            light.placed(&format!("light[{i}]"))?;
+            light.sun(&format!("light[{i}]"))?;
         }
         check_roles(&self.technique, "technique")?;
         unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
@@ -267,19 +269,30 @@ impl SoftShadowsExperiment {
 }
 
 impl LightSetting {
-    /// The light; `place` is its key.
-    pub(super) fn placed(&self, place: &str) -> Result<AreaLight, EvaluationError> {
+    /// Whether a view is evaluated under it.
+    pub(super) fn shines_on(&self, view: &LightView) -> bool {
+        view.light.has_extent() == self.shape.is_none()
+    }
+
+    /// The light that a view has under it; `place` is its key.
+    pub(super) fn of(&self, view: &LightView, place: &str) -> Result<AreaLight, EvaluationError> {
+        Ok(self.sun(place)?.unwrap_or(view.light))
+    }
+
+    /// The shape, where there is one.
+    fn sun(&self, place: &str) -> Result<Option<AreaLight>, EvaluationError> {
+        let Some(shape) = &self.shape else { return Ok(None) };
         let key = format!("{place}.shape");
-        let light: AreaLight = match self.shape.parse() {
-            Ok(light) => light,
-            Err(error) => return fail(key, format!("light `{}`: {error}", self.name)),
-        };
-        match light {
-            AreaLight::Sun { .. } => Ok(light),
-            AreaLight::Local { .. } => {
-                let reason = format!("light `{}`: {} has no shadow map of its own here", self.name, light);
+        match shape.parse() {
+            Ok(light @ AreaLight::Sun { .. }) => Ok(Some(light)),
+            Ok(AreaLight::Local { .. }) => {
+                let reason = format!(
+                    "light `{}`: {shape} is a place in one scene; views bring such lights",
+                    self.name
+                );
                 fail(key, reason)
             }
+            Err(error) => fail(key, format!("light `{}`: {error}", self.name)),
         }
     }
 }

@@ -8,10 +8,10 @@ use super::view::{SoftView, truths};
 use crate::error::EvaluationError;
 use crate::fragments::spread;
 use crate::statistics::{percentile, rounded};
-use applications::AreaLight;
 use applications::field::Table;
 use applications::soft_shadow::{AreaTruth, SoftReceiver, SoftShadow};
 use rayon::prelude::*;
+use scenes::{AreaLight, Outline};
 use serde::{Deserialize, Serialize};
 
 /// A parameter with its values.
@@ -137,7 +137,7 @@ impl Sweep {
         for variant in variants {
             let name = &all[variant.technique].name;
             if let Some(degrees) = variant.degrees {
-                AreaLight::sun(applications::Outline::Rectangle, [degrees; 2]).map_err(|error| {
+                AreaLight::sun(Outline::Rectangle, [degrees; 2]).map_err(|error| {
                     EvaluationError::key(key.as_str(), format!("sweep `{}`: {error}", self.id))
                 })?;
             }
@@ -159,7 +159,7 @@ impl Sweeps {
     ) -> Result<(), EvaluationError> {
         let sweeps = experiment.sweep.iter().enumerate();
         self.trials.resize_with(experiment.sweep.len(), Vec::new);
-        let area_light = experiment.light[light].placed(&format!("light[{light}]"))?;
+        let area_light = experiment.light[light].of(view.light, &format!("light[{light}]"))?;
         let lit = view.lit(&area_light, truth);
         for (index, sweep) in sweeps {
             let place = format!("sweep[{index}]");

@@ -8,10 +8,11 @@ use applications::soft_shadow::SoftReceiver;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// What the first view's fragments cost under the last light, technique after technique in each round.
+/// What the first view's fragments cost under the last light that is meant for it, technique after technique in each round.
 pub(super) fn time(plan: &SoftPlan<'_>) -> Result<Vec<SoftSample>, EvaluationError> {
     let experiment = plan.experiment;
-    let lit = plan.lit(0, experiment.light.len() - 1)?;
+    let light = plan.pairs()?.into_iter().filter(|pair| pair.0 == 0).map(|pair| pair.1).max();
+    let lit = plan.lit(0, light.unwrap_or_default())?;
     let view = &plan.views[0];
     let receivers: Vec<SoftReceiver> =
         view.points[0].iter().map(|point| view.receiver(point, &experiment.bias[0])).collect();

@@ -2,15 +2,16 @@
 
 use super::settings::SoftShadowsExperiment;
 use crate::error::EvaluationError;
+use crate::fragments::light::{penumbra, placed};
 use crate::fragments::{Lit, LoadedScene, Seen, Source, chosen};
+use applications::PlacedLight;
 use applications::rays::{Surface, Triangles};
 use applications::soft_shadow::{
-    AreaTruth, BlockerSearch, BlueNoise, Fragment, OccludedFraction, Penumbra, SoftReceiver, SoftShadow,
+    AreaTruth, BlockerSearch, BlueNoise, Fragment, OccludedFraction, SoftReceiver, SoftShadow,
     percentage_closer_blockers,
 };
-use applications::{AreaLight, PlacedLight};
 use rayon::prelude::*;
-use scenes::{LightView, Scene};
+use scenes::{AreaLight, LightView, Outline, Scene};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, DepthMap, Kernel, Receiver};
 use shadow_renderer::{Frame, LightFrame, ShadowMapStack};
@@ -48,7 +49,7 @@ pub(super) struct SoftScene<'a> {
 /// A light direction of a scene.
 pub(super) struct SoftView<'a> {
     pub(super) scene: &'a SoftScene<'a>,
-    pub(super) name: &'a str,
+    pub(super) light: &'a LightView,
     pub(super) stack: std::borrow::Cow<'a, ShadowMapStack>,
     pub(super) map: DepthMap,
     pub(super) texel_depth: f64,
@@ -83,9 +84,7 @@ impl<'a> SoftScene<'a> {
         let fail = |reason: String| {
             EvaluationError::key(key.as_str(), format!("scene `{}`: {reason}", loaded.label))
         };
-        let positions: Vec<[f32; 3]> = scene.vertices.iter().map(|vertex| vertex.position).collect();
-        let triangles =
-            Triangles::new(&positions, &scene.triangles).map_err(|error| fail(error.to_string()))?;
+        let triangles = Triangles::of_scene(scene).map_err(|error| fail(error.to_string()))?;
         let [width, height] = experiment.camera;
         let seen = Frame::render(scene, width, height).map_err(|error| fail(error.to_string()))?;
         Ok(Self { loaded, scene, triangles, seen })
@@ -136,7 +135,7 @@ impl<'a> SoftView<'a> {
         let lost = [0, 1].map(|k| points[k].0 - points[k].1.len());
         Ok(Self {
             scene,
-            name: &light.name,
+            light,
             stack,
             map,
             texel_depth,
@@ -183,23 +182,12 @@ impl<'a> SoftView<'a> {
 
     /// The view under a light of some extent.
     pub(super) fn lit<'b>(&'b self, light: &AreaLight, truth: &'b AreaTruth) -> SoftShadow<'b> {
-        let placed = light.placed([self.frame.right, self.frame.down, self.frame.forward]);
-        let half_size = match *light {
-            AreaLight::Sun { degrees, .. } => degrees.map(|size| (0.5 * size.to_radians()).tan()),
-            // Refused when the file was read.
-            AreaLight::Local { .. } => [0.0; 2],
-        };
         SoftShadow {
             scene: &self.scene.triangles,
-            light: placed,
+            light: placed(light, &self.frame),
             truth,
             map: &self.map,
-            penumbra: Penumbra {
-                half_size,
-                near: None,
-                depth_range: self.frame.depth_range,
-                texels_per_unit: self.frame.texels_per_unit,
-            },
+            penumbra: penumbra(light, &self.frame),
         }
     }
 
@@ -234,7 +222,7 @@ impl SoftScene<'_> {
         let point = frame.unproject([position[0], position[1], receiver.depth]);
         let slope = receiver.gradient[0].abs() + receiver.gradient[1].abs();
         let reach = (REACH[0] + REACH[1] * slope.min(1.0)) * frame.depth_range;
-        self.triangles.surface_near(point, frame.forward, reach)
+        self.triangles.surface_near(point, frame.arriving(point), reach)
     }
 }
 
@@ -245,7 +233,6 @@ pub(super) fn truths(lit: &SoftShadow<'_>, receivers: &[SoftReceiver]) -> Vec<Oc
 
 /// The light with the other outline and the same area.
 pub(super) fn other_outline(light: &PlacedLight) -> PlacedLight {
-    use applications::Outline;
     let root = std::f64::consts::PI.sqrt();
     let (outline, factor) = match light.outline {
         Outline::Rectangle => (Outline::Disc, 2.0 / root),

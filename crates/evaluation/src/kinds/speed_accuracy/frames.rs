@@ -87,6 +87,9 @@ impl SpeedPlan<'_> {
         let Source::Scene(scene) = &scenes[0].source else {
             return Err("not timed: a stack has no triangles".to_owned());
         };
+        if scenes[0].lights[0].light.front().is_some() {
+            return Err("not timed: frames are drawn under directional lights only".to_owned());
+        }
         let stopped = |error: RenderError| format!("stopped: {error}");
         let renderer = FrameRenderer::new(scene, scenes[0].lights[0].direction).map_err(stopped)?;
         for point in timing.points() {

@@ -11,7 +11,7 @@ use applications::Application;
 use image::DynamicImage;
 use rayon::prelude::*;
 use shadow_filtering::{FilteringError, Position, Receiver};
-use shadow_renderer::{Frame, LightFrame};
+use shadow_renderer::Frame;
 
 impl SpeedPlan<'_> {
     /// One PNG for each picture: a column for the reference and for each technique.
@@ -41,16 +41,13 @@ impl SpeedPlan<'_> {
         let lit = loaded.lit(light, experiment.scenery.size, &self.kernel)?;
         let [width, height] = picture.output;
         let frame = Frame::render(scene, width, height).map_err(|error| fail(error.to_string()))?;
-        let fitted =
-            LightFrame::fit(scene, light.direction, experiment.scenery.size, experiment.scenery.size)
-                .map_err(|error| fail(error.to_string()))?;
-        let seen = Seen { frame: &frame, light: &fitted };
+        let Some(fitted) = &lit.frame else {
+            return Err(fail("a stack has no light frame".to_owned()));
+        };
+        let seen = Seen { frame: &frame, light: fitted };
         let application = self.hard_shadow(&lit.map, lit.texel_depth, picture.bias);
         let mut columns =
-            vec![frame.shade(
-                light.direction,
-                &visibility(&seen, |receiver, _| application.truth(receiver) as f32),
-            )];
+            vec![frame.shade(light, &visibility(&seen, |receiver, _| application.truth(receiver) as f32))];
         for name in &picture.techniques {
             let candidate = self
                 .candidates
@@ -68,7 +65,7 @@ impl SpeedPlan<'_> {
                 let _ = technique.moments(&filtered, at, &mut moments);
                 candidate.bounds(&moments, 0, application.compared(receiver) as f32)[0]
             });
-            columns.push(frame.shade(light.direction, &visibility));
+            columns.push(frame.shade(light, &visibility));
         }
         let picture_name = format!("{}.png", picture.id);
         let all = side_by_side(&columns, picture.output, &picture.insets);

@@ -112,11 +112,11 @@ impl<'a> SoftTables<'a> {
                     Some(format!("{} {}", technique.name, percent(row.mean_error, 2)))
                 })
                 .collect();
-            format!("under the light \"{light}\" {}", errors.join(", "))
+            (!errors.is_empty()).then(|| format!("under the light \"{light}\" {}", errors.join(", ")))
         };
-        let lights: Vec<String> = self.lights().map(of_light).collect();
+        let lights: Vec<String> = self.lights().filter_map(of_light).collect();
         let text = lights.join("; ");
-        text.contains('%').then(|| format!("Mean distance from the area light over all fragments: {text}."))
+        (!lights.is_empty()).then(|| format!("Mean distance from the area light over all fragments: {text}."))
     }
 
     /// What occluders behind each other do.
