@@ -2,9 +2,9 @@
 // Clippy's exemption for tests does not reach the functions that they share.
 #![allow(clippy::unwrap_used)]
 
-use scenes::load_scene;
+use scenes::{LightView, load_scene};
 use serde_json::Value;
-use shadow_renderer::{Backend, ShadowMapStack, render_stack};
+use shadow_renderer::{Backend, ShadowMapStack, render_stack, render_view};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -87,6 +87,78 @@ fn four_files_appear_and_hold_what_they_promise() {
     json(&folder, &command);
     assert_eq!(names(&folder.join("out")), expected);
     assert_eq!(std::fs::read(file("stack")).unwrap(), bytes);
+}
+
+/// A lamp over the ground, by text, by file and as the scene's own.
+#[test]
+fn lights_have_a_place_and_a_size() {
+    let folder = folder("lights");
+    let lamp = "rect:0.5,4,0;0.5,0,0;0,0,0.25";
+    std::fs::write(folder.join("a.obj"), OBJ).unwrap();
+    let scene = load_scene(&folder.join("a.obj").to_string_lossy()).unwrap();
+    let view = LightView::new("lamp", lamp.parse().unwrap(), [0.0; 3]);
+    let (expected, _) = render_view(&scene, &view, 64, 48, Backend::Cpu).unwrap();
+    std::fs::write(folder.join("v.toml"), format!("[[view]]\nname = 'mine'\nlight = '{lamp}'\n")).unwrap();
+    for (arguments, name) in
+        [(["--light", lamp], "a-rect_0.5_4_0_0.5_0_0_0_0_0.25"), (["--views", "v.toml"], "a-mine")]
+    {
+        let command =
+            [&["a.obj", "--size", "64x48", "--backend", "cpu", "--out", "lit"], &arguments[..]].concat();
+        let answer = json(&folder, &command);
+        assert_eq!(answer["light"].as_str(), Some(lamp));
+        assert_eq!(answer["light_frame"]["eye"], serde_json::json!([0.5, 4.0, 0.0]));
+        assert_eq!(answer["direction"], serde_json::json!([0.0, -1.0, 0.0]));
+        let stack = ShadowMapStack::load(&folder.join(format!("lit/{name}.stack.npz"))).unwrap();
+        assert!(stack == expected, "{name}");
+    }
+    // A sun of some size travels along a view.
+    let answer = json(&folder, &["a.obj", "--light", "sun:3x1", "--view", "0,-1,0.5", "--size", "32"]);
+    assert_eq!(
+        (answer["light"].as_str(), answer["view"].as_str()),
+        (Some("sun:3x1"), Some("light 0,-1,0.5 sun:3x1"))
+    );
+    assert!(answer["light_frame"]["eye"].is_null());
+    let answer = json(&folder, &["a.obj", "--view", "lamp", "--size", "32"]);
+    assert!(answer["light"].as_str().unwrap().starts_with("rect:"));
+}
+
+#[test]
+fn lights_that_make_no_sense_are_refused() {
+    let folder = folder("bad-lights");
+    std::fs::write(folder.join("a.obj"), OBJ).unwrap();
+    for (light, needle) in [
+        (
+            "rect:0,1.2,0;1,0,0;0,0,1",
+            "--light: light `rect:0,1.2,0;1,0,0;0,0,1` lies inside the scene: triangle 2",
+        ),
+        ("disc:0,9,0;0,0,1;1,0,0", "--light: light `disc:0,9,0;0,0,1;1,0,0` lies behind the scene"),
+        ("disc:0,9,0;0,0,0;1,0,0", "--light <LIGHT>': half axis U = [0.0, 0.0, 0.0]"),
+        (
+            "rect:0,9,0;1,0,0;0,0,inf",
+            "--light <LIGHT>': light `rect:0,9,0;1,0,0;0,0,inf`: `inf` is no finite number",
+        ),
+        ("rect:0,9,0;1,0,0;2,0,0", "are parallel"),
+        ("sun:-1", "--light <LIGHT>': an angular size of -1 degrees"),
+        ("lamp", "--light <LIGHT>': light `lamp`: expected sun:DEGREES"),
+    ] {
+        refused(&folder, 2, &["a.obj", "--light", light], needle);
+    }
+    refused(
+        &folder,
+        2,
+        &["a.obj", "--light", "disc:0,9,0;1,0,0;0,0,1", "--view", "default"],
+        "--view default: the light",
+    );
+    std::fs::write(folder.join("v.toml"), "[[view]]\nname = 'in'\nlight = 'rect:0,1.2,0;1,0,0;0,0,1'\n")
+        .unwrap();
+    refused(
+        &folder,
+        2,
+        &["a.obj", "--views", "v.toml"],
+        "view `in`: light `rect:0,1.2,0;1,0,0;0,0,1` lies inside",
+    );
+    std::fs::write(folder.join("v.toml"), "[[view]]\nname = 'in'\nlight = 'sun:200'\n").unwrap();
+    refused(&folder, 2, &["a.obj", "--views", "v.toml"], "v.toml: line 3: an angular size of 200 degrees");
 }
 
 #[test]

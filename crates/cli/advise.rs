@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 /// Find the cheapest technique, format, bias and map size whose error on a scene is within a tolerance.
 #[derive(clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// A procedural scene (stairs, village, grove), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
     scene: String,
     /// Largest mean distance from percentage-closer filtering that is accepted, between 0 and 1.
@@ -35,7 +35,7 @@ pub struct Arguments {
 }
 
 /// Races, then says what was found.
-pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let bar = Bar::new("candidates");
     let progress = |done: usize, all: usize| bar.set(done, all);
     let options = AdviceOptions {

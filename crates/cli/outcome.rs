@@ -11,7 +11,7 @@ use std::process::ExitCode;
 
 /// How the result is written to standard output.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq, ValueEnum)]
-pub enum Format {
+pub(crate) enum Format {
     /// For people.
     #[default]
     Human,
@@ -21,7 +21,7 @@ pub enum Format {
 
 /// The option that every verb takes.
 #[derive(clap::Args, Clone, Copy, Debug)]
-pub struct Output {
+pub(crate) struct Output {
     /// Form of the result on standard output.
     #[arg(long, value_enum, default_value_t, value_name = "FORMAT")]
     format: Format,
@@ -29,7 +29,7 @@ pub struct Output {
 
 impl Output {
     /// Writes the result once, in the form that was asked for.
-    pub fn emit(
+    pub(crate) fn emit(
         self,
         result: &impl Serialize,
         human: impl FnOnce(&mut dyn Write) -> io::Result<()>,
@@ -53,7 +53,7 @@ impl Output {
 
 /// Why a verb did not succeed.
 #[derive(Debug)]
-pub enum Failure {
+pub(crate) enum Failure {
     /// Bad usage or bad input: exit code 2.
     Input(anyhow::Error),
     /// Anything else: exit code 1.
@@ -82,7 +82,7 @@ impl From<ReportError> for Failure {
 }
 
 /// Reports a failure on one line and returns the exit code.
-pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
+pub(crate) fn exit_code(result: Result<(), Failure>) -> ExitCode {
     let (error, code) = match result {
         Ok(()) => return ExitCode::SUCCESS,
         Err(Failure::Input(error)) => (error, 2),
@@ -93,7 +93,7 @@ pub fn exit_code(result: Result<(), Failure>) -> ExitCode {
 }
 
 /// Help and version on standard output; usage errors on one line of standard error.
-pub fn usage(error: &clap::Error) -> ExitCode {
+pub(crate) fn usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         // Nobody is left to tell when this fails.
         let _ = error.print();

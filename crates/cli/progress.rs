@@ -9,14 +9,14 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// A progress bar that appears after a second.
-pub struct Bar {
+pub(crate) struct Bar {
     bar: ProgressBar,
     begin: Instant,
 }
 
 impl Bar {
     /// A bar that is not shown yet.
-    pub fn new(what: &'static str) -> Self {
+    pub(crate) fn new(what: &'static str) -> Self {
         let style = ProgressStyle::with_template("{msg} [{wide_bar}] {pos}/{len} ({eta} left)");
         let bar = ProgressBar::new(0).with_message(what);
         bar.set_draw_target(ProgressDrawTarget::hidden());
@@ -27,18 +27,18 @@ impl Bar {
     }
 
     /// More work has turned up.
-    pub fn expect(&self, more: usize) {
+    pub(crate) fn expect(&self, more: usize) {
         self.bar.inc_length(more as u64);
     }
 
     /// One more is done.
-    pub fn advance(&self) {
+    pub(crate) fn advance(&self) {
         self.bar.inc(1);
         self.appear();
     }
 
     /// So many of so many are done.
-    pub fn set(&self, done: usize, total: usize) {
+    pub(crate) fn set(&self, done: usize, total: usize) {
         if self.bar.length() != Some(total as u64) {
             // Another stage has begun.
             self.bar.reset();
@@ -57,13 +57,13 @@ impl Bar {
     }
 
     /// Removes the bar.
-    pub fn finish(&self) {
+    pub(crate) fn finish(&self) {
         self.bar.finish_and_clear();
     }
 }
 
 /// Names the present step of a work whose length nobody knows, after a second and on a terminal only.
-pub struct Spinner {
+pub(crate) struct Spinner {
     bar: ProgressBar,
     /// Dropped to wake the thread that waits for patience to end.
     waiting: Option<Sender<()>>,
@@ -72,7 +72,7 @@ pub struct Spinner {
 
 impl Spinner {
     /// A spinner that is not shown yet.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let bar = ProgressBar::new_spinner();
         bar.set_draw_target(ProgressDrawTarget::hidden());
         let (waiting, patience) = mpsc::channel::<()>();
@@ -88,7 +88,7 @@ impl Spinner {
     }
 
     /// The next step begins.
-    pub fn step(&self, what: &'static str) {
+    pub(crate) fn step(&self, what: &'static str) {
         self.bar.set_message(what);
     }
 }

@@ -13,7 +13,7 @@ use std::time::Instant;
 /// Optimise the affine transform in which moments are stored (MSM15 section 4.3), and bound what any could gain.
 #[derive(clap::Args)]
 #[command(group = ArgGroup::new("functions").required(true).multiple(false).args(["order", "basis"]))]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Number of power moments z, z^2, ..; short for --basis power:M.
     #[arg(long, value_name = "M", allow_hyphen_values = true)]
     order: Option<String>,
@@ -122,7 +122,7 @@ struct Snippets {
 }
 
 /// Optimises, prints.
-pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let fail = |error: anyhow::Error| Failure::Input(error);
     let basis = match (&arguments.order, &arguments.basis) {
         (Some(order), _) => format!("power:{order}").parse::<Basis>().map_err(|error| fail(error.into()))?,

@@ -26,7 +26,7 @@ const NAME_PART: usize = 60;
 /// Writes SCENE-VIEW.stack.npz, SCENE-VIEW-depth.png (layer 0), SCENE-VIEW-layers.png (number of layers) and
 /// SCENE-VIEW-scene.png (from the scene's camera, with shadows).
 #[derive(clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// stairs, village or grove, or a .glb, .gltf or .obj file.
     scene: String,
     /// Name of a light view, or the direction in which the light travels. Without this the first view: `high` of
@@ -256,7 +256,7 @@ fn milliseconds(time: Duration) -> f64 {
 }
 
 /// Loads, renders, writes.
-pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let spinner = Spinner::new();
     spinner.step("loading the scene");
     let begin = Instant::now();

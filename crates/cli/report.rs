@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 /// Draw the figures and write the page of recorded runs.
 #[derive(clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Directories that `msm run` wrote.
     #[arg(required = true, value_name = "RUN_DIR")]
     runs: Vec<PathBuf>,
@@ -27,7 +27,7 @@ struct Answer {
 }
 
 /// Reads, draws, writes.
-pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let mut answer = Answer { written: Vec::new() };
     let mut pages = Vec::new();
     for path in &arguments.runs {

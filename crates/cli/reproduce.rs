@@ -12,7 +12,7 @@ use std::time::{Instant, SystemTime};
 
 /// Run all experiments and write a report. A command that was interrupted goes on where it stopped.
 #[derive(clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// How much of each: smoke takes seconds, brief minutes on two cores, quick about half an hour, paper hours and more.
     #[arg(long, value_enum, default_value = "brief")]
     scale: ScaleName,
@@ -69,7 +69,7 @@ fn expected(name: &str) -> f64 {
 }
 
 /// Runs what has not been run, then reports.
-pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let scale = Scale::from(arguments.scale);
     let begin = Instant::now();
     let experiments = experiments(arguments, scale)?;

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// Run an experiment and record it.
 #[derive(clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// The experiment.
     #[arg(value_name = "EXPERIMENT.toml")]
     experiment: PathBuf,
@@ -76,7 +76,7 @@ struct Answer {
 }
 
 /// Runs, records, draws.
-pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let scale = Scale::from(arguments.scale);
     let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed)
         .and_then(|experiment| experiment.with_scenes(&arguments.scenes))?;
@@ -112,14 +112,14 @@ pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
 /// What of an experiment is run.
 #[derive(Default)]
-pub struct Part<'a> {
+pub(crate) struct Part<'a> {
     pub resume: bool,
     pub shard: Option<Shard>,
     pub merge: &'a [PathBuf],
 }
 
 /// Runs an experiment with a progress bar.
-pub fn recorded(
+pub(crate) fn recorded(
     experiment: &Experiment,
     scale: Scale,
     results: &Path,
@@ -151,7 +151,7 @@ fn describe(out: &mut dyn std::io::Write, prediction: &Prediction) -> std::io::R
 }
 
 /// What this binary is built from.
-pub fn build() -> Build {
+pub(crate) fn build() -> Build {
     Build {
         version: env!("CARGO_PKG_VERSION").to_owned(),
         commit: env!("MSM_COMMIT").to_owned(),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 /// A folder for files in the making, inside the folder in which they will appear.
 ///
 /// Dropped before [`Staging::publish`], it takes back everything, the folders that it had to create included.
-pub struct Staging {
+pub(crate) struct Staging {
     target: PathBuf,
     /// Known once it exists and is this process's own.
     folder: Option<PathBuf>,
@@ -17,7 +17,7 @@ pub struct Staging {
 
 impl Staging {
     /// Creates `target` where it is missing; fails at once if none of `names` can be written there.
-    pub fn new(target: &Path, names: &[String]) -> anyhow::Result<Self> {
+    pub(crate) fn new(target: &Path, names: &[String]) -> anyhow::Result<Self> {
         let missing = target.ancestors().filter(|path| !path.as_os_str().is_empty() && !path.exists());
         let created = missing.map(Path::to_owned).collect();
         let mut staging = Self { target: target.to_owned(), folder: None, created };
@@ -44,12 +44,12 @@ impl Staging {
     }
 
     /// Where a file is to be written until it is complete.
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.as_deref().unwrap_or(&self.target).join(name)
     }
 
     /// Gives the files their place, replacing older ones, and returns their paths.
-    pub fn publish(mut self, names: &[String]) -> anyhow::Result<Vec<PathBuf>> {
+    pub(crate) fn publish(mut self, names: &[String]) -> anyhow::Result<Vec<PathBuf>> {
         let mut published = Vec::with_capacity(names.len());
         for name in names {
             let path = self.target.join(name);

@@ -3,7 +3,7 @@
 use crate::bound::input::{Input, parse_number};
 use crate::outcome::Failure;
 use anyhow::anyhow;
-use moment_problem::{Basis, Method, MomentError};
+use moment_problem::{Basis, BoundMethod, MomentError};
 use quantization::bias::{Target, biased};
 use quantization::published::{self, Published};
 use quantization::{
@@ -14,7 +14,7 @@ use std::io::{self, Write};
 
 /// Options of `msm bound` for moments that went through a texture.
 #[derive(clap::Args)]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// Bias: bounds are those of (1 - alpha) b + alpha b* (MSM15 section 4.2), from 0 to 1.
     #[arg(long, allow_hyphen_values = true)]
     alpha: Option<f64>,
@@ -32,7 +32,7 @@ pub struct Arguments {
 
 /// What is bounded in place of the moments given.
 #[derive(Serialize)]
-pub struct Stored {
+pub(crate) struct Stored {
     /// Number format, if the moments are rounded.
     #[serde(skip_serializing_if = "Option::is_none")]
     storage: Option<String>,
@@ -79,7 +79,7 @@ impl Arguments {
     }
 
     /// What the options make of the moments; `None` without any of them.
-    pub fn stored(&self, basis: &Basis, input: &Input) -> Result<Option<Stored>, Failure> {
+    pub(crate) fn stored(&self, basis: &Basis, input: &Input) -> Result<Option<Stored>, Failure> {
         if self.alpha.is_none() && self.storage.is_none() && self.bias_vector.is_none() {
             return Ok(None);
         }
@@ -173,9 +173,9 @@ impl Arguments {
     }
 
     /// The least bias that makes a vector that no distribution has one that can be bounded, in words.
-    pub fn repair(
+    pub(crate) fn repair(
         &self,
-        method: &Method,
+        method: &BoundMethod,
         moments: &[f64],
         stored: Option<&Stored>,
         z_f: f64,
@@ -217,7 +217,7 @@ impl Arguments {
 
 impl Stored {
     /// For people.
-    pub fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+    pub(crate) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let list = |values: &[f64]| values.iter().map(f64::to_string).collect::<Vec<_>>().join(", ");
         if let (Some(format), Some(transform)) = (&self.storage, &self.transform) {
             writeln!(out, "stored   {format}, transform {transform}")?;

@@ -183,8 +183,8 @@ impl LowerBound for Faulty {
     fn interval(&self) -> Interval {
         Interval::Real
     }
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        let mut bounds = self.inner.bounds_precise(moments, z_f)?;
+    fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
+        let mut bounds = self.inner.bounds_near(moments, z_f, depths)?;
         (self.fault)(&mut bounds, z_f);
         Ok(bounds)
     }

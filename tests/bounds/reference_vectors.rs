@@ -98,8 +98,6 @@ struct Peer {
     precise: f64,
 }
 
-const HALF: &[f64] = &[0.5; 4];
-
 /// GDC16's transform for four moments on [-1, 1].
 fn decode_gdc4(q: &[f64]) -> Vec<f64> {
     let (r, g, b, a) = (q[0] - 0.5, q[1], q[2] - 0.5, q[3]);
@@ -107,60 +105,24 @@ fn decode_gdc4(q: &[f64]) -> Vec<f64> {
     vec![-r / 3.0 + root * b, 0.125 * g + a, -0.75 * r + 0.75 * root * b, -0.125 * g + a]
 }
 
+/// Four power moments as they are.
+const FOUR: Peer =
+    Peer { file: "", order: 4, unit: false, bias: &[0.5; 4], decode: None, f64_misses: 0.02, precise: 1e-9 };
+
+/// More of them.
+const MORE: Peer = Peer { f64_misses: 0.05, precise: 1e-6, ..FOUR };
+
 const PEERS: [Peer; 6] = [
-    Peer {
-        file: "mjp_hamburger4_f32",
-        order: 4,
-        unit: false,
-        bias: HALF,
-        decode: None,
-        f64_misses: 0.02,
-        precise: 1e-9,
-    },
-    Peer {
-        file: "mjp_hausdorff4_f32",
-        order: 4,
-        unit: true,
-        bias: HALF,
-        decode: None,
-        f64_misses: 0.02,
-        precise: 1e-9,
-    },
-    Peer {
-        file: "forge3d_msm4_f32",
-        order: 4,
-        unit: false,
-        bias: HALF,
-        decode: None,
-        f64_misses: 0.02,
-        precise: 1e-9,
-    },
-    Peer {
-        file: "mboit_power4_f32",
-        order: 4,
-        unit: false,
-        bias: &[0.0, 0.375, 0.0, 0.375],
-        decode: None,
-        f64_misses: 0.02,
-        precise: 1e-9,
-    },
-    Peer {
-        file: "mboit_power6_f32",
-        order: 6,
-        unit: false,
-        bias: &[0.0, 0.48, 0.0, 0.451, 0.0, 0.45],
-        decode: None,
-        f64_misses: 0.05,
-        precise: 1e-6,
-    },
+    Peer { file: "mjp_hamburger4_f32", ..FOUR },
+    Peer { file: "mjp_hausdorff4_f32", unit: true, ..FOUR },
+    Peer { file: "forge3d_msm4_f32", ..FOUR },
+    Peer { file: "mboit_power4_f32", bias: &[0.0, 0.375, 0.0, 0.375], ..FOUR },
+    Peer { file: "mboit_power6_f32", order: 6, bias: &[0.0, 0.48, 0.0, 0.451, 0.0, 0.45], ..MORE },
     Peer {
         file: "mboit_power8_f32",
         order: 8,
-        unit: false,
         bias: &[0.0, 0.75, 0.0, 0.676666667, 0.0, 0.63, 0.0, 0.600303030],
-        decode: None,
-        f64_misses: 0.05,
-        precise: 1e-6,
+        ..MORE
     },
 ];
 

@@ -22,7 +22,7 @@ use fragments::{FRAGMENTS, Inputs};
 use libtest_mimic::{Arguments, Failed};
 use moment_problem::MomentBound;
 use quantization::published::{self, Published};
-use shadow_filtering::{DepthBias, Kernel, Range, RealTime, Reference, Technique, TechniqueSpec, shaders};
+use shadow_filtering::{DepthBias, Kernel, Range, RealTime, Reference, Technique, TechniqueSpec, wgsl};
 
 /// The shader's error against double precision may be this many times that of Rust in single precision.
 const RATIO: f64 = 2.0;
@@ -168,7 +168,7 @@ fn shade(technique: &Technique, fault: &str) -> Result<(), Failed> {
 fn percentage_closer(fault: &str) -> Result<(), Failed> {
     let kernel = Kernel::gaussian(9, 2.4)?;
     let reference = Reference { bias: DepthBias::default(), plane_limit: 0.05 };
-    let mut shader = shaders::percentage_closer(&kernel, reference.plane_limit);
+    let mut shader = wgsl::percentage_closer(&kernel, reference.plane_limit);
     if let Some((from, to)) = fault.split_once("=>") {
         assert!(shader.contains(from), "the fault `{from}` is not in the shader");
         shader = shader.replacen(from, to, 1);
@@ -249,7 +249,7 @@ fn quantise_and_decode(published: &Published) -> Result<(), Failed> {
     let transform = Some(published.name.to_owned());
     let stored = TechniqueSpec { transform, ..TechniqueSpec::from(bound) }.build()?;
     let transform = stored.encoding().transform();
-    let (quantise, dequantise) = stored.transform_wgsl();
+    let [quantise, dequantise] = stored.transform_wgsl();
     let functions = format!("const CHANNELS: u32 = {m}u;\n{quantise}{dequantise}");
     let call = |name: &str| {
         format!(

@@ -14,6 +14,7 @@ mod files;
 mod frames;
 mod local_lights;
 mod scenes;
+mod shadow_rays;
 mod stencil;
 mod whole_scenes;
 
@@ -66,6 +67,7 @@ fn main() -> ExitCode {
     trials.extend(bad_input::trials());
     trials.extend(frames::trials());
     trials.extend(local_lights::trials());
+    trials.extend(shadow_rays::trials());
     trials.extend(whole_scenes::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }

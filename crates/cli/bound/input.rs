@@ -4,19 +4,19 @@ use crate::outcome::Failure;
 use anyhow::{Context, anyhow};
 use moment_problem::{Basis, Bounds, DepthDistribution, LowerBound, MomentError};
 
-pub fn parse_basis(text: &str) -> Result<Basis, String> {
+pub(crate) fn parse_basis(text: &str) -> Result<Basis, String> {
     text.parse::<Basis>().map_err(|error| error.to_string())
 }
 
 /// What is known about the depths in the kernel.
-pub enum Input {
+pub(crate) enum Input {
     Atoms(DepthDistribution),
     Moments(Vec<f64>),
 }
 
 impl Input {
     /// From `--atoms` or `--moments`.
-    pub fn parse(atoms: Option<&str>, moments: Option<&str>) -> Result<Self, Failure> {
+    pub(crate) fn parse(atoms: Option<&str>, moments: Option<&str>) -> Result<Self, Failure> {
         match (atoms, moments) {
             (Some(text), _) => Ok(Self::Atoms(parse_atoms(text)?)),
             (None, Some(text)) => {
@@ -28,7 +28,7 @@ impl Input {
     }
 
     /// Bounds at z_f.
-    pub fn bounds(&self, method: &dyn LowerBound, z_f: f64) -> Result<Bounds, MomentError> {
+    pub(crate) fn bounds(&self, method: &dyn LowerBound, z_f: f64) -> Result<Bounds, MomentError> {
         match self {
             Self::Atoms(z) => method.bounds_of(z, z_f),
             Self::Moments(moments) => method.bounds(moments, z_f),
@@ -36,7 +36,7 @@ impl Input {
     }
 
     /// Whose fault an error is.
-    pub fn failure(&self, error: MomentError) -> Failure {
+    pub(crate) fn failure(&self, error: MomentError) -> Failure {
         let known = matches!(self, Self::Atoms(_));
         match error {
             MomentError::Uncertified { .. } | MomentError::Solver { .. } => Failure::Failed(error.into()),
@@ -57,7 +57,7 @@ impl Input {
 }
 
 /// A number of an option.
-pub fn parse_number(text: &str, option: &str) -> Result<f64, Failure> {
+pub(crate) fn parse_number(text: &str, option: &str) -> Result<f64, Failure> {
     let number = text.trim().parse::<f64>();
     number.map_err(|_| Failure::Input(anyhow!("`{}` in {option} is not a number", text.trim())))
 }

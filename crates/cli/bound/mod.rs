@@ -1,6 +1,6 @@
 //! `msm bound`: sharp bounds for one moment vector and one fragment depth, with their proof.
 
-pub mod input;
+pub(crate) mod input;
 mod plot;
 
 use crate::outcome::{Failure, Output};
@@ -17,7 +17,7 @@ use std::path::PathBuf;
 /// Bound the shadow intensity F(z_f) = Z(z < z_f) that moments leave possible.
 #[derive(clap::Args)]
 #[command(group = ArgGroup::new("input").required(true).multiple(false).args(["atoms", "moments"]))]
-pub struct Arguments {
+pub(crate) struct Arguments {
     /// power:M, trig:N, or formulas in z separated by commas, such as "z,z^2,exp(-2z)".
     #[arg(long, value_parser = parse_basis, allow_hyphen_values = true)]
     basis: Basis,
@@ -91,7 +91,7 @@ fn rounding(moments: &[f64], certificate: &Certificate) -> f64 {
 }
 
 /// Computes, prints.
-pub fn execute(arguments: &Arguments) -> Result<(), Failure> {
+pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let input = Input::parse(arguments.atoms.as_deref(), arguments.moments.as_deref())?;
     let (basis, interval) = (&arguments.basis, arguments.interval);
     let method = method(basis, interval, arguments.solver).map_err(|error| input.failure(error))?;

@@ -5,7 +5,7 @@ use crate::progress::Bar;
 use ::report::{BoundChart, BoundCurve};
 use anyhow::{Context, anyhow};
 use evaluation::write_whole;
-use moment_problem::{Bounds, DepthDistribution, Interval, Method, method};
+use moment_problem::{BoundMethod, Bounds, DepthDistribution, Interval, method};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -29,7 +29,13 @@ const REFERENCES: [(&str, Interval, &str); 4] = [
 ];
 
 /// Computes and writes the plot. `at_z_f` are the bounds that were asked for.
-pub fn write(path: &Path, input: &Input, given: &Method, z_f: f64, at_z_f: &Bounds) -> anyhow::Result<()> {
+pub(super) fn write(
+    path: &Path,
+    input: &Input,
+    given: &BoundMethod,
+    z_f: f64,
+    at_z_f: &Bounds,
+) -> anyhow::Result<()> {
     let domain = given.interval();
     let distribution = match input {
         Input::Atoms(z) => Some(z),
@@ -48,7 +54,7 @@ pub fn write(path: &Path, input: &Input, given: &Method, z_f: f64, at_z_f: &Boun
         }
     }
     let bar = Bar::new("bounds for the plot");
-    let curve = |method: &Method, name: String| {
+    let curve = |method: &BoundMethod, name: String| {
         let at =
             |z_f: f64| input.bounds(method.as_ref(), z_f).ok().map(|bounds| (bounds.lower, bounds.upper));
         BoundCurve { name, points: refined(&depths, &at, &bar) }

@@ -19,24 +19,23 @@ mod timing;
 
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
-pub use experiment::{Experiment, Scale};
-pub use fragments::SceneSettings;
+pub use experiment::{Alphas, Experiment, Prediction, Scale};
+pub use fragments::{SceneSettings, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
 };
 pub use kinds::filterable::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
-    FilterableTechnique, FilterableTiming, MapSettings, Picture, PictureRecord, ViewRecord, map_name,
+    FilterableTechnique, FilterableTiming, MapSettings, Picture, PictureRecord, map_name,
 };
 pub use kinds::quantization::{
-    Alphas, BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting,
-    HullRecord, QuantizationExperiment, QuantizationRecord, QuantizationViewRecord, StoreSetting,
-    StructureName,
+    BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
+    QuantizationExperiment, QuantizationRecord, StoreSetting, StructureName,
 };
 pub use kinds::search::{
-    MarkRecord, Prediction, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord,
-    SearchReference, SearchSample, SearchTiming, SearchViewRecord, StageRecord,
+    MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
+    SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, Population, Precision, ReceiverPicture, ReceiverRecord,
@@ -47,11 +46,11 @@ pub use kinds::soft_shadows::{
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
     EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, OrderSetting, OrderShare,
-    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming, SpeedViewRecord,
+    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
-    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming, StabilityViewRecord,
+    StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming,
 };
 pub use moment_problem::MomentBound;
 pub use pictures::PICTURE_GAP;

@@ -2,8 +2,7 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
-use crate::experiment::{Experiment, Scale};
-use crate::kinds::search::Prediction;
+use crate::experiment::{Experiment, Prediction, Scale};
 use crate::provenance::{Build, Provenance, cpu_model, input_hashes, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
 use crate::shards::{self, Shard};

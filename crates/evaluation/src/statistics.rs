@@ -106,7 +106,12 @@ pub(crate) fn percentile(sorted: &[f64], share: f64) -> f64 {
 
 /// Rounded to the precision of the tables.
 pub(crate) fn rounded(value: f64) -> f64 {
-    (value * 1e9).round() / 1e9 + 0.0
+    rounded_to(value, 1e9)
+}
+
+/// Rounded to so many steps in 1; no zero is negative.
+pub(crate) fn rounded_to(value: f64, steps: f64) -> f64 {
+    (value * steps).round() / steps + 0.0
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Nanoseconds per bound: scalar closed forms, single-precision batches, and linear programs.
+//! Nanoseconds per bound: closed forms in double and single precision, and linear programs.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use moment_problem::arithmetic::FloatFloat;
@@ -6,8 +6,7 @@ use moment_problem::hamburger::hamburger;
 use moment_problem::hausdorff::hausdorff4;
 use moment_problem::trigonometric::trigonometric4;
 use moment_problem::{
-    Basis, DepthDistribution, ExchangeSimplex, Hamburger, LinearProgram, LowerBound, LpSolver, MomentBound,
-    VectorWidth,
+    Basis, DepthDistribution, ExchangeSimplex, Hamburger, LinearProgram, LowerBound, LpSolver,
 };
 use std::hint::black_box;
 
@@ -93,35 +92,6 @@ fn single(criterion: &mut Criterion, inputs: &[([f64; 8], [f64; 4], f64)]) {
     group.finish();
 }
 
-fn batches(criterion: &mut Criterion) {
-    const COUNT: usize = 8192;
-    let kernels = kernels(512);
-    let order = Basis::power(6);
-    let mut moments: [Vec<f32>; 6] = Default::default();
-    let mut z_f = Vec::new();
-    for i in 0..COUNT {
-        let (z, depth) = &kernels[i % kernels.len()];
-        let b: Vec<f64> = z.moments(&order);
-        for (column, b) in moments.iter_mut().zip(b) {
-            column.push((b * (1.0 - 1e-5) + 0.5e-5) as f32);
-        }
-        z_f.push(*depth as f32);
-    }
-    let columns = moments.each_ref().map(Vec::as_slice);
-    let mut lower = vec![0.0f32; COUNT];
-    for width in VectorWidth::available() {
-        let mut group = criterion.benchmark_group(format!("f32 batch {width:?}"));
-        group.throughput(Throughput::Elements(COUNT as u64));
-        for bound in [MomentBound::Hamburger2, MomentBound::Hamburger4, MomentBound::Hamburger6] {
-            group.bench_function(bound.name(), |bencher| {
-                let moments = &columns[..bound.order()];
-                bencher.iter(|| bound.lower_bounds(width, black_box(moments), &z_f, &mut lower))
-            });
-        }
-        group.finish();
-    }
-}
-
 fn programs(criterion: &mut Criterion) {
     let kernels = kernels(8);
     let basis = Basis::power(4);
@@ -150,5 +120,5 @@ fn programs(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, scalar, batches, programs);
+criterion_group!(benches, scalar, programs);
 criterion_main!(benches);

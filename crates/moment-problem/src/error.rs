@@ -155,3 +155,19 @@ pub enum MomentError {
     #[error(transparent)]
     Distribution(#[from] DistributionError),
 }
+
+impl MomentError {
+    /// Whether double-double may be at fault instead of the input: exact arithmetic is asked next.
+    pub(crate) fn is_unresolved(&self) -> bool {
+        match self {
+            Self::Uncertified { .. } | Self::Infeasible { .. } | Self::Solver { .. } => true,
+            Self::Length { .. }
+            | Self::NotFinite { .. }
+            | Self::OutsideInterval { .. }
+            | Self::NotPositiveDefinite { .. }
+            | Self::Unsupported(_)
+            | Self::Basis(_)
+            | Self::Distribution(_) => false,
+        }
+    }
+}

@@ -13,7 +13,7 @@
 //! - [`fast_simplex`]: the same program on one finite support for millions of kernels, certified.
 //! - [`hamburger`], [`hausdorff`], [`trigonometric`], [`markov`]: the same closed forms as plain functions over `f32`,
 //!   `f64` or [`arithmetic::DoubleDouble`]; [`textbook`]: as published, for comparison.
-//! - [`MomentBound`]: the closed forms that shadow maps use, with all that is known of each; many fragments at once.
+//! - [`MomentBound`]: the closed forms that shadow maps use, with all that is known of each.
 //! - [`wgsl`]: their shader twins.
 //!
 //! ```
@@ -49,11 +49,11 @@ mod error;
 pub mod fast_simplex;
 
 pub use basis::{Basis, BasisFunction, FunctionKind, MAX_FUNCTIONS};
+pub use certified::{BoundMethod, ExchangeSimplex, LinearProgram, LpSolver, Solver, method};
 pub use certified::{Bounds, Certificate, Interval, LowerBound};
 pub use certified::{Chebyshev, Hamburger, Hausdorff4, Markov, Trigonometric4, closed_form};
-pub use certified::{ExchangeSimplex, LinearProgram, LpSolver, Method, Solver, method};
 pub use closed_forms::{
-    InFront, MomentBound, VectorWidth, hamburger, hausdorff, markov, roots, textbook, trigonometric, wgsl,
+    InFront, MomentBound, hamburger, hausdorff, markov, roots, textbook, trigonometric, wgsl,
 };
 pub use distribution::DepthDistribution;
 pub use error::{BasisError, DistributionError, MomentError};

@@ -24,31 +24,15 @@
 //! ```
 
 pub mod bias;
-mod bound;
-mod chebyshev;
-mod encoding;
 mod error;
-mod format;
 mod interval;
-mod moment_matrix;
-mod optimise;
-mod polish;
+mod optimum;
 pub mod published;
-mod range;
-mod row_program;
-mod search;
 pub mod snippet;
-mod summed_area;
-mod transform;
-mod working_basis;
+mod storage;
 
-pub use bound::bound;
-pub use encoding::Encoding;
+pub use bias::moment_matrix::MomentMatrix;
 pub use error::QuantizationError;
-pub use format::NumberFormat;
 pub use interval::DepthInterval;
-pub use moment_matrix::MomentMatrix;
-pub use optimise::{Optimum, RANGE_TOLERANCE, Search, Structure, gain_bits, optimise, transform_range};
-pub use range::{Range, plain, range};
-pub use summed_area::{Rectangle, SummedAreaTable};
-pub use transform::AffineTransform;
+pub use optimum::{Optimum, RANGE_TOLERANCE, Search, Structure, bound, gain_bits, optimise, transform_range};
+pub use storage::{AffineTransform, Encoding, NumberFormat, Range, Rectangle, SummedAreaTable, plain, range};

@@ -2,8 +2,8 @@
 
 use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
-use crate::optimise::{gain_bits, transform_range};
-use crate::transform::AffineTransform;
+use crate::optimum::{gain_bits, transform_range};
+use crate::storage::AffineTransform;
 use moment_problem::Basis;
 
 /// A transform of power moments from a named source.

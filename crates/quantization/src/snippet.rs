@@ -1,8 +1,8 @@
 //! A transform and its inverse as code that can be pasted into a shader or a program.
 
 use crate::interval::DepthInterval;
-use crate::optimise::sizes;
-use crate::transform::AffineTransform;
+use crate::optimum::sizes;
+use crate::storage::AffineTransform;
 use moment_problem::Basis;
 use std::fmt::Write as _;
 

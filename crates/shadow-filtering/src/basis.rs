@@ -40,7 +40,7 @@ impl<B: DepthBasis> AnyBasis for B {
 
 /// Powers of a variable that runs over an interval: z, or s = 2 z - 1, whose powers lose fewer digits.
 #[derive(Clone, Copy, Debug)]
-pub struct Powers {
+pub(crate) struct Powers {
     /// Number m of powers, from the first on.
     pub order: usize,
     /// Whether the variable is s.

@@ -2,9 +2,20 @@
 
 use crate::error::FilteringError;
 use crate::operations::{Counted, count};
-use crate::technique::unit;
 use moment_problem::arithmetic::Real;
 use moment_problem::hamburger::Pair;
+
+/// Depth clamped to \[0, 1\]; NaN becomes 1, the far plane.
+pub(crate) fn unit<R: Real>(depth: R) -> R {
+    let (zero, one) = (R::zero(), R::one());
+    if depth < zero {
+        zero
+    } else if depth < one {
+        depth
+    } else {
+        one
+    }
+}
 
 /// G(b, z_f) in closed form, written once for all number types: in real time, with a twin in WGSL.
 ///

@@ -1,6 +1,5 @@
 //! The affine transform of an encoding in single precision, as a shader computes it.
 
-use crate::technique::Technique;
 use quantization::AffineTransform;
 
 /// An affine transform and its inverse.
@@ -38,6 +37,11 @@ impl SingleEncoding {
         affine(&self.matrix, &self.offset, b, out, self.is_diagonal);
     }
 
+    /// Operations of [`SingleEncoding::restore`]: a product and a sum for each factor that is not zero.
+    pub(crate) fn operations(&self) -> u64 {
+        2 * self.inverse.iter().filter(|&&factor| factor != 0.0).count() as u64
+    }
+
     /// The b that [`SingleEncoding::transform`] maps to `stored`.
     pub(crate) fn restore(&self, stored: &[f32], out: &mut [f32]) {
         affine(&self.inverse, &self.inverse_offset, stored, out, self.is_diagonal);
@@ -58,40 +62,28 @@ fn affine(matrix: &[f32], offset: &[f32], values: &[f32], out: &mut [f32], is_di
     }
 }
 
-impl Technique {
-    /// WGSL of `quantise` and `dequantise`, from `array<f32, CHANNELS>` to the same: the transform of
-    /// [`Technique::encode`] before rounding, and [`Technique::restore`].
-    pub fn transform_wgsl(&self) -> (String, String) {
-        let Some(transform) = self.single_encoding() else {
-            let same = |name: &str| {
-                format!(
-                    "fn {name}(values: array<f32, CHANNELS>) -> array<f32, CHANNELS> {{\n    return values;\n}}\n"
-                )
-            };
-            return (same("quantise"), same("dequantise"));
-        };
-        let function = |name: &str, matrix: &[f32], offset: &[f32]| {
-            let rows = matrix.chunks_exact(offset.len()).zip(offset).map(|(row, offset)| {
-                let factors = row.iter().enumerate().filter(|(_, factor)| **factor != 0.0);
-                let terms: Vec<String> =
-                    factors.map(|(j, factor)| format!("{factor:?}f * values[{j}]")).collect();
-                format!("{} + {offset:?}f", terms.join(" + "))
-            });
-            let rows: Vec<String> = rows.collect();
-            format!(
-                "fn {name}(values: array<f32, CHANNELS>) -> array<f32, CHANNELS> {{\n    return array<f32, CHANNELS>({});\n}}\n",
-                rows.join(", ")
-            )
-        };
-        (
-            function("quantise", &transform.matrix, &transform.offset),
-            function("dequantise", &transform.inverse, &transform.inverse_offset),
+/// See [`Technique::transform_wgsl`](crate::Technique::transform_wgsl).
+pub(crate) fn wgsl(transform: Option<&SingleEncoding>) -> [String; 2] {
+    let function = |name: &str, values: &str| {
+        format!(
+            "fn {name}(values: array<f32, CHANNELS>) -> array<f32, CHANNELS> {{\n    return {values};\n}}\n"
         )
-    }
-
-    /// Operations of [`Technique::restore`]: a product and a sum for each factor that is not zero.
-    pub fn decode_operations(&self) -> u64 {
-        let factors = self.single_encoding().into_iter().flat_map(|transform| &transform.inverse);
-        2 * factors.filter(|&&factor| factor != 0.0).count() as u64
-    }
+    };
+    let Some(transform) = transform else {
+        return ["quantise", "dequantise"].map(|name| function(name, "values"));
+    };
+    let affine = |name: &str, matrix: &[f32], offset: &[f32]| {
+        let rows = matrix.chunks_exact(offset.len()).zip(offset).map(|(row, offset)| {
+            let factors = row.iter().enumerate().filter(|(_, factor)| **factor != 0.0);
+            let terms: Vec<String> =
+                factors.map(|(j, factor)| format!("{factor:?}f * values[{j}]")).collect();
+            format!("{} + {offset:?}f", terms.join(" + "))
+        });
+        let rows: Vec<String> = rows.collect();
+        function(name, &format!("array<f32, CHANNELS>({})", rows.join(", ")))
+    };
+    [
+        affine("quantise", &transform.matrix, &transform.offset),
+        affine("dequantise", &transform.inverse, &transform.inverse_offset),
+    ]
 }

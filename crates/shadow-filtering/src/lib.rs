@@ -23,7 +23,6 @@
 
 mod basis;
 mod bound;
-pub mod conformance;
 mod depth_map;
 mod encoding;
 mod error;
@@ -32,12 +31,12 @@ mod operations;
 mod passes;
 mod pcf;
 mod regions;
-pub mod shaders;
 mod spec;
 mod surfaces;
 mod technique;
 mod techniques;
 mod transforms;
+pub mod wgsl;
 
 pub use basis::{AnyBasis, DepthBasis};
 pub use bound::{AnyBound, RealTime, ShadowBound};

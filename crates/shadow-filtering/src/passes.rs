@@ -3,11 +3,12 @@
 //!
 //! Textures hold four channels each, the last one possibly fewer.
 
+use crate::encoding;
 use crate::kernel::Kernel;
-use crate::shaders;
 use crate::technique::Technique;
-use ::shaders::{FrameShaders, TexelFormat, count, unroll};
+use crate::wgsl;
 use quantization::NumberFormat;
+use shaders::{FrameShaders, TexelFormat, count, unroll};
 use std::fmt::Write as _;
 
 const COVER: &str = include_str!("cover.wgsl");
@@ -17,6 +18,12 @@ const FRAME: &str = include_str!("frame.wgsl");
 const MAX_TEXTURES: usize = 2;
 
 impl Technique {
+    /// WGSL of `quantise` and `dequantise`, from `array<f32, CHANNELS>` to the same: the transform of
+    /// [`Technique::encode`] before rounding, and [`Technique::restore`].
+    pub fn transform_wgsl(&self) -> [String; 2] {
+        encoding::wgsl(self.single_encoding())
+    }
+
     /// The passes of a frame, from depth maps with so many samples; `None` where there is no shader, or where the map
     /// would need more than two textures.
     pub fn passes(&self, kernel: &Kernel, samples: u32) -> Option<FrameShaders> {
@@ -35,7 +42,7 @@ impl Technique {
         let targets = targets(channels);
         let fetch = fetch(channels);
         let channel_count = count("CHANNELS", channels);
-        let kernel = shaders::weights(kernel);
+        let kernel = wgsl::weights(kernel);
         let multisampled = if samples > 1 { "texture_depth_multisampled_2d" } else { "texture_depth_2d" };
         let sample = if samples > 1 { "s" } else { "0" };
         let depths = format!(
@@ -46,7 +53,7 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
 }}
 "
         );
-        let (quantise, dequantise) = self.transform_wgsl();
+        let [quantise, dequantise] = self.transform_wgsl();
         let filter = |axis: &str| {
             let axis = format!("const AXIS = vec2<i32>({axis});\n");
             let own = include_str!("filter.wgsl");
@@ -84,7 +91,7 @@ fn shadow_at(texel: vec2<f32>, z_f: f32, gradient: vec2<f32>) -> f32 {
     return percentage_closer(depths, texel, z_f, gradient);
 }
 ";
-    let closer = shaders::percentage_closer(kernel, plane_limit);
+    let closer = wgsl::percentage_closer(kernel, plane_limit);
     FrameShaders::Comparison { shade: [COVER, &closer, shadow, FRAME].join("\n") }
 }
 

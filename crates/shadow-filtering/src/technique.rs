@@ -1,7 +1,7 @@
 //! A filterable shadow map as a value (MSM15 section 3): a basis b(z), a storage encoding, and a bound G(b, z_f).
 
 use crate::basis::AnyBasis;
-use crate::bound::{AnyBound, RealTime};
+use crate::bound::{AnyBound, RealTime, unit};
 use crate::depth_map::{ChannelMap, DepthMap};
 use crate::encoding::SingleEncoding;
 use crate::error::FilteringError;
@@ -81,6 +81,11 @@ impl Technique {
     /// The transform as a shader computes it; `None` where values are stored as they are.
     pub(crate) fn single_encoding(&self) -> Option<&SingleEncoding> {
         self.single.as_ref()
+    }
+
+    /// Operations of [`Technique::restore`]: a product and a sum for each factor that is not zero.
+    pub fn decode_operations(&self) -> u64 {
+        self.single_encoding().map_or(0, SingleEncoding::operations)
     }
 
     /// b(z) of a depth, which is clamped to \[0, 1\]. `out` has [`Technique::channels`] values.
@@ -263,16 +268,4 @@ impl Precision for f32 {
 
 fn double(b: &[f32]) -> Vec<f64> {
     b.iter().map(|&value| f64::from(value)).collect()
-}
-
-/// Depth clamped to \[0, 1\]; NaN becomes 1, the far plane.
-pub(crate) fn unit<R: Real>(depth: R) -> R {
-    let (zero, one) = (R::zero(), R::one());
-    if depth < zero {
-        zero
-    } else if depth < one {
-        depth
-    } else {
-        one
-    }
 }

@@ -28,7 +28,7 @@ pub(crate) fn published(spec: &TechniqueSpec) -> Result<Option<&'static Publishe
     })?;
     match spec.moment_bound() {
         Some(bound) if !bound.is_trigonometric() => Ok(Some(published)),
-        _ => Err(fail("is a transform of power moments".to_owned())),
+        Some(_) | None => Err(fail("is a transform of power moments".to_owned())),
     }
 }
 

@@ -2,6 +2,8 @@
 // Clippy's exemption for tests does not reach the functions that they share.
 #![allow(clippy::unwrap_used)]
 
+mod conformance;
+
 use moment_problem::arithmetic::Real;
 use moment_problem::{Basis, DepthDistribution, Interval, MomentBound, closed_form};
 use shadow_filtering::*;

@@ -21,7 +21,7 @@ pub(super) struct Sheared {
 
 impl Sheared {
     /// `direction` is not zero.
-    pub fn new(origin: [f64; 3], direction: [f64; 3]) -> Self {
+    pub(super) fn new(origin: [f64; 3], direction: [f64; 3]) -> Self {
         let size = direction.map(f64::abs);
         let z = if size[0] > size[1] && size[0] > size[2] {
             0
@@ -38,7 +38,7 @@ impl Sheared {
     /// The three determinants, all of one sign or zero where the ray meets the triangle, and the vertices' distances
     /// along the third axis.
     #[inline(always)]
-    pub fn edges(&self, triangle: &[[f32; 3]; 3]) -> ([f64; 3], [f64; 3]) {
+    pub(super) fn edges(&self, triangle: &[[f32; 3]; 3]) -> ([f64; 3], [f64; 3]) {
         let [x, y, z] = self.axes;
         let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = triangle.map(|vertex| {
             let from_origin = minus(vertex.map(f64::from), self.origin);
@@ -51,7 +51,7 @@ impl Sheared {
     /// The fraction of the ray's direction at which it meets the triangle, from behind the origin to beyond the end;
     /// `None` where it passes by or runs within the plane.
     #[inline(always)]
-    pub fn meets(&self, triangle: &[[f32; 3]; 3]) -> Option<f64> {
+    pub(super) fn meets(&self, triangle: &[[f32; 3]; 3]) -> Option<f64> {
         let ([u, v, w], [az, bz, cz]) = self.edges(triangle);
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;

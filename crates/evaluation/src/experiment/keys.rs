@@ -25,6 +25,24 @@ pub(crate) fn unique<'a>(
     Ok(())
 }
 
+/// Rejects counts that are too small; each with its key and the least that makes sense.
+pub(crate) fn at_least<const N: usize>(counts: [(&str, usize, usize); N]) -> Result<(), EvaluationError> {
+    match counts.into_iter().find(|(_, value, least)| value < least) {
+        Some((key, value, least)) => {
+            Err(EvaluationError::key(key, format!("{key}: {value} is less than {least}")))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Rejects lists without an entry; each with its key.
+pub(crate) fn not_empty<const N: usize>(lists: [(&str, bool); N]) -> Result<(), EvaluationError> {
+    match lists.into_iter().find(|(_, is_empty)| *is_empty) {
+        Some((key, _)) => Err(EvaluationError::key(key, format!("{key} is empty"))),
+        None => Ok(()),
+    }
+}
+
 /// Rejects what cannot be the name of a file on every system.
 pub(crate) fn file_name(key: &str, what: &str, id: &str) -> Result<(), EvaluationError> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
@@ -50,7 +68,10 @@ pub(crate) fn in_key(place: &str) -> impl Fn(FilteringError) -> EvaluationError 
         let inner = match &error {
             FilteringError::Parameter { key, .. } => key,
             FilteringError::Basis(_) => "basis",
-            _ => "",
+            FilteringError::Length { .. }
+            | FilteringError::NotFinite { .. }
+            | FilteringError::Quantization(_)
+            | FilteringError::Moments(_) => "",
         };
         let dot = if place.is_empty() || inner.is_empty() { "" } else { "." };
         let colon = if place.is_empty() { "" } else { ": " };

@@ -2,9 +2,9 @@
 
 use super::lines;
 use super::one_line;
+use super::prediction::Prediction;
 use crate::error::EvaluationError;
 use crate::fragments::SceneSettings;
-use crate::kinds::search::Prediction;
 use crate::run::{Progress, Recorded};
 use crate::shards::Shard;
 use serde::de::DeserializeOwned;
@@ -30,21 +30,16 @@ pub(crate) trait Settings: Any + Clone + Debug + DeserializeOwned + Serialize + 
     /// Whether the keys of [`SceneSettings`] stand beside its own.
     const ON_SCENES: bool = false;
 
-    /// Seed of everything random.
-    fn seed(&self) -> u64;
+    /// Seed of everything random, for kinds without the keys of [`SceneSettings`].
+    fn seed(&self) -> u64 {
+        0
+    }
 
     /// Rejects values that make no sense, before anything is computed; names the key.
     fn check(&self) -> Result<(), EvaluationError>;
 
-    /// What the keys of [`SceneSettings`] hold, for kinds on scenes.
-    fn scenery(&self) -> Option<&SceneSettings> {
-        None
-    }
-
-    /// The same, to be filled.
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        None
-    }
+    /// Takes what the keys of [`SceneSettings`] hold, for kinds on scenes.
+    fn on_scenes(&mut self, _scenery: SceneSettings) {}
 
     /// Follows the scenes where other keys name them, once they have been replaced.
     fn scenes_replaced(&mut self) {}
@@ -72,9 +67,62 @@ pub(crate) struct RunContext<'a> {
     pub(crate) identity: String,
 }
 
+/// Keys of every experiment.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Statement {
+    /// What is asked, in inline Markdown.
+    pub(crate) question: String,
+    /// What is expected, written before the first run.
+    pub(crate) expectation: String,
+}
+
+impl Statement {
+    const KEYS: [&'static str; 2] = ["question", "expectation"];
+}
+
+/// Keys by who reads them: serde cannot flatten structures into one that denies unknown keys.
+pub(super) struct Keys<M> {
+    own: M,
+    statement: M,
+    scenery: M,
+}
+
+impl<M> Keys<M> {
+    /// `take` removes some keys from a table.
+    pub(super) fn split<T: Settings>(mut all: M, take: impl Fn(&mut M, &[&str]) -> M) -> Self {
+        let scenery = take(&mut all, if T::ON_SCENES { &SceneSettings::KEYS } else { &[] });
+        Self { statement: take(&mut all, &Statement::KEYS), scenery, own: all }
+    }
+
+    /// The settings; the kind's own keys first.
+    pub(super) fn read<'de, T, D>(self, source: impl Fn(M) -> D) -> Result<Given<T>, D::Error>
+    where
+        T: Settings,
+        D: Deserializer<'de>,
+    {
+        let mut own = T::deserialize(source(self.own))?;
+        let statement = Statement::deserialize(source(self.statement))?;
+        let scenery =
+            if T::ON_SCENES { Some(SceneSettings::deserialize(source(self.scenery))?) } else { None };
+        scenery.iter().for_each(|scenery| own.on_scenes(scenery.clone()));
+        Ok(Given { statement, scenery, own })
+    }
+}
+
+/// Settings of one kind with the keys that others have too.
+#[derive(Debug)]
+pub(super) struct Given<T> {
+    statement: Statement,
+    scenery: Option<SceneSettings>,
+    pub(super) own: T,
+}
+
 /// [`Settings`] of any kind.
-pub(crate) trait AnySettings: Any + Debug + Send + Sync {
+pub(crate) trait AnySettings: Debug + Send + Sync {
     fn kind(&self) -> &'static Kind;
+    fn own(&self) -> &dyn Any;
+    fn statement(&self) -> &Statement;
     fn seed(&self) -> u64;
     fn scenes(&self) -> Option<&[String]>;
     fn with_scenes(&self, scenes: &[String]) -> Arc<dyn AnySettings>;
@@ -83,43 +131,53 @@ pub(crate) trait AnySettings: Any + Debug + Send + Sync {
     fn predict(&self, threads: usize) -> Option<Result<Prediction, EvaluationError>>;
 }
 
-impl<T: Settings> AnySettings for T {
+impl<T: Settings> AnySettings for Given<T> {
     fn kind(&self) -> &'static Kind {
         const { &Kind::of::<T>() }
     }
 
+    fn own(&self) -> &dyn Any {
+        &self.own
+    }
+
+    fn statement(&self) -> &Statement {
+        &self.statement
+    }
+
     fn seed(&self) -> u64 {
-        T::seed(self)
+        self.scenery.as_ref().map_or_else(|| self.own.seed(), |scenery| scenery.seed)
     }
 
     fn scenes(&self) -> Option<&[String]> {
-        self.scenery().map(|scenery| scenery.scenes.as_slice())
+        self.scenery.as_ref().map(|scenery| scenery.scenes.as_slice())
     }
 
     fn with_scenes(&self, scenes: &[String]) -> Arc<dyn AnySettings> {
-        let mut changed = self.clone();
-        if let Some(scenery) = changed.scenery_mut() {
+        let (mut scenery, mut own) = (self.scenery.clone(), self.own.clone());
+        if let Some(scenery) = &mut scenery {
             scenes.clone_into(&mut scenery.scenes);
             scenery.views.clear();
-            changed.scenes_replaced();
+            own.on_scenes(scenery.clone());
+            own.scenes_replaced();
         }
-        Arc::new(changed)
+        Arc::new(Self { statement: self.statement.clone(), scenery, own })
     }
 
     fn table(&self) -> Result<Table, toml::ser::Error> {
-        let mut table = Table::try_from(self)?;
-        if let Some(scenery) = self.scenery() {
+        let mut table = Table::try_from(&self.own)?;
+        table.extend(Table::try_from(&self.statement)?);
+        if let Some(scenery) = &self.scenery {
             table.extend(Table::try_from(scenery)?);
         }
         Ok(table)
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        T::run(self, context)
+        self.own.run(context)
     }
 
     fn predict(&self, threads: usize) -> Option<Result<Prediction, EvaluationError>> {
-        T::predict(self, threads)
+        self.own.predict(threads)
     }
 }
 
@@ -141,38 +199,25 @@ impl Kind {
             name: T::KIND,
             is_resumable: T::IS_RESUMABLE,
             is_divisible: T::IS_DIVISIBLE,
-            parse: |mut table| {
-                let common = if T::ON_SCENES { &SceneSettings::KEYS[..] } else { &[] };
-                let keys = common.iter().filter_map(|&key| table.remove_entry(key)).collect();
-                let own: Vec<String> = table.keys().cloned().collect();
-                let settings = read::<T, _>(table, keys).map_err(|error| {
+            parse: |table| {
+                let take = |table: &mut Table, keys: &[&str]| {
+                    keys.iter().filter_map(|&key| table.remove_entry(key)).collect()
+                };
+                let keys = Keys::split::<T>(table, take);
+                let own: Vec<String> = keys.own.keys().cloned().collect();
+                let given: Given<T> = keys.read(|table| table).map_err(|error| {
                     let mut reason = one_line(&error);
                     // Serde knows of the kind's own keys only.
-                    if own.iter().any(|key| reason.contains(&format!("unknown field `{key}`")))
-                        && T::ON_SCENES
-                    {
-                        reason += &format!(", or of `{}`", SceneSettings::KEYS.join("`, `"));
+                    if own.iter().any(|key| reason.contains(&format!("unknown field `{key}`"))) {
+                        let scenery = if T::ON_SCENES { &SceneSettings::KEYS[..] } else { &[] };
+                        reason += &format!(", or of `{}`", [&Statement::KEYS, scenery].concat().join("`, `"));
                     }
                     reason
                 })?;
-                settings.check().map_err(|error| error.to_string())?;
-                Ok(Arc::new(settings))
+                given.own.check().map_err(|error| error.to_string())?;
+                Ok(Arc::new(given))
             },
             line_of_mistake: lines::mistake::<T>,
         }
     }
-}
-
-/// The settings from the kind's own keys and those of [`SceneSettings`], which serde cannot flatten into a structure that
-/// denies unknown ones.
-pub(super) fn read<'de, T, D>(own: D, scenery: D) -> Result<T, D::Error>
-where
-    T: Settings,
-    D: Deserializer<'de>,
-{
-    let mut settings = T::deserialize(own)?;
-    if let Some(place) = settings.scenery_mut() {
-        *place = SceneSettings::deserialize(scenery)?;
-    }
-    Ok(settings)
 }

@@ -2,10 +2,9 @@
 //!
 //! The file is read a second time, in a form that keeps positions; this happens only when something is wrong.
 
-use super::kind::{Settings, read};
+use super::kind::{Given, Keys, Settings};
 use super::{Experiment, Scale};
 use crate::error::EvaluationError;
-use crate::fragments::SceneSettings;
 use crate::kinds::KINDS;
 use serde::de::IntoDeserializer;
 use std::ops::Range;
@@ -21,15 +20,16 @@ pub(crate) fn of_mistake(source: &str, scale: Scale) -> Option<usize> {
 
 /// The same for one kind of settings, from all keys but `kind`.
 pub(super) fn mistake<T: Settings>(source: &str, table: &DeTable<'_>) -> Option<usize> {
-    let whole = 0..source.len();
-    let (mut own, mut scenery) = (table.clone(), DeTable::new());
-    if T::ON_SCENES {
-        scenery.extend(SceneSettings::KEYS.iter().filter_map(|&key| own.remove_entry(key)));
-    }
-    let at = |table| Spanned::new(whole.clone(), table).into_deserializer();
-    match read::<T, _>(at(own), at(scenery)) {
+    let keys = Keys::split::<T>(table.clone(), |table, keys| {
+        let mut taken = DeTable::new();
+        taken.extend(keys.iter().filter_map(|&key| table.remove_entry(key)));
+        taken
+    });
+    let given: Result<Given<T>, _> =
+        keys.read(|table| Spanned::new(0..source.len(), table).into_deserializer());
+    match given {
         Err(error) => error.span().map(|span| line(source, &span)),
-        Ok(settings) => match settings.check() {
+        Ok(given) => match given.own.check() {
             Err(EvaluationError::Key { key, .. }) => find(table, &key).map(|span| line(source, &span)),
             Err(_) | Ok(()) => None,
         },

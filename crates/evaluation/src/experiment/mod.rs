@@ -1,10 +1,14 @@
 //! Reading `experiments/*.toml`: a question, an expectation, the trials as data, and overrides per scale.
 
+mod alphas;
 pub(crate) mod keys;
 pub(crate) mod kind;
 mod lines;
+mod prediction;
 
+pub use self::alphas::Alphas;
 use self::kind::AnySettings;
+pub use self::prediction::Prediction;
 use crate::error::EvaluationError;
 use crate::kinds::KINDS;
 use serde::{Deserialize, Serialize};
@@ -167,16 +171,12 @@ impl Experiment {
 
     /// What it asks, in inline Markdown of the file's author.
     pub fn question(&self) -> &str {
-        self.prose("question")
+        self.settings.statement().question.trim()
     }
 
     /// What its author expects, in inline Markdown.
     pub fn expectation(&self) -> &str {
-        self.prose("expectation")
-    }
-
-    fn prose(&self, key: &str) -> &str {
-        self.resolved.get(key).and_then(Value::as_str).unwrap_or_default().trim()
+        self.settings.statement().expectation.trim()
     }
 
     /// Value of the key `kind`.
@@ -186,7 +186,7 @@ impl Experiment {
 
     /// The settings, if the experiment is of the kind that they belong to.
     pub fn settings<T: Any>(&self) -> Option<&T> {
-        (&*self.settings as &dyn Any).downcast_ref()
+        self.settings.own().downcast_ref()
     }
 
     /// Whether it evaluates scenes.

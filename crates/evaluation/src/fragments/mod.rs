@@ -3,10 +3,12 @@
 mod camera;
 pub(crate) mod light;
 mod settings;
+mod view_record;
 
 pub(crate) use camera::Seen;
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
+pub use view_record::ViewRecord;
 
 use crate::error::EvaluationError;
 use random_stream::Random;

@@ -14,6 +14,8 @@ pub(crate) const MAX_SIZE: u32 = 8192;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSettings {
+    /// Seed of the sample of fragments, and of all else that is random.
+    pub seed: u64,
     /// Names of procedural scenes, or files.
     #[serde(default)]
     pub scenes: Vec<String>,
@@ -35,14 +37,15 @@ impl Default for SceneSettings {
     /// Nothing; stands in until the keys are read.
     fn default() -> Self {
         let (scenes, views) = (Vec::new(), Vec::new());
-        Self { scenes, views, size: 0, fragments: 0, kernel: KernelSpec::Box { size: 1 }, plane_limit: 0.0 }
+        let kernel = KernelSpec::Box { size: 1 };
+        Self { seed: 0, scenes, views, size: 0, fragments: 0, kernel, plane_limit: 0.0 }
     }
 }
 
 impl SceneSettings {
     /// The keys.
-    pub(crate) const KEYS: [&'static str; 6] =
-        ["scenes", "views", "size", "fragments", "kernel", "plane_limit"];
+    pub(crate) const KEYS: [&'static str; 7] =
+        ["seed", "scenes", "views", "size", "fragments", "kernel", "plane_limit"];
 
     /// Rejects maps that are no maps, and kernels that do not fit them.
     pub(crate) fn check(&self, needs_scenes: bool) -> Result<(), EvaluationError> {

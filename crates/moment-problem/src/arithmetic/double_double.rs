@@ -6,7 +6,8 @@ use super::{DoubleWord, Field, Real};
 pub type DoubleDouble = DoubleWord<f64>;
 
 /// pi to twice double precision.
-pub const PI: DoubleDouble = DoubleDouble { high: std::f64::consts::PI, low: 1.224_646_799_147_353_2e-16 };
+pub(super) const PI: DoubleDouble =
+    DoubleDouble { high: std::f64::consts::PI, low: 1.224_646_799_147_353_2e-16 };
 /// ln 2 to twice double precision.
 const LN_2: DoubleDouble = DoubleDouble { high: std::f64::consts::LN_2, low: 2.319_046_813_846_299_6e-17 };
 

@@ -90,11 +90,8 @@ impl Expression {
         Ok(expression)
     }
 
-    fn constant(&self) -> Option<DoubleDouble> {
-        match self {
-            Self::Constant(value) => Some(*value),
-            _ => None,
-        }
+    pub(super) fn constant(&self) -> Option<DoubleDouble> {
+        if let Self::Constant(value) = self { Some(*value) } else { None }
     }
 
     pub(crate) fn is_constant(&self) -> bool {

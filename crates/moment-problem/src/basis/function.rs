@@ -116,27 +116,22 @@ impl BasisFunction {
 
     /// The monomial z^k, if the function is one.
     pub fn power(&self) -> Option<u32> {
-        match &*self.expression {
-            Expression::Variable => Some(1),
-            Expression::Power(base, exponent) if **base == Expression::Variable => {
-                u32::try_from(*exponent).ok().filter(|&k| k > 0)
-            }
-            _ => None,
+        if *self.expression == Expression::Variable {
+            return Some(1);
         }
+        let Expression::Power(base, exponent) = &*self.expression else { return None };
+        let exponent = u32::try_from(*exponent).ok().filter(|&k| k > 0);
+        exponent.filter(|_| **base == Expression::Variable)
     }
 
     /// c, if the function is e^(c z) with c > 0.
     pub fn exponential(&self) -> Option<f64> {
         let Expression::Call(Function::Exp, argument) = &*self.expression else { return None };
-        let factor = match &**argument {
-            Expression::Variable => 1.0,
-            Expression::Binary(Operator::Multiply, c, z) if **z == Expression::Variable => {
-                let Expression::Constant(c) = &**c else { return None };
-                c.to_f64()
-            }
-            _ => return None,
-        };
-        (factor > 0.0).then_some(factor)
+        if **argument == Expression::Variable {
+            return Some(1.0);
+        }
+        let Expression::Binary(Operator::Multiply, c, z) = &**argument else { return None };
+        c.constant().map(DoubleDouble::to_f64).filter(|&c| c > 0.0 && **z == Expression::Variable)
     }
 
     /// What kind of function it is: that of its outermost transcendental part.

@@ -81,6 +81,9 @@ pub struct Certificate {
     pub upper_proved: f64,
 }
 
+/// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
+pub(crate) const CERTIFIED_GAP: f64 = 1e-8;
+
 impl Bounds {
     /// Largest distance between an attained and a proved value.
     pub fn gap(&self) -> f64 {
@@ -115,25 +118,22 @@ pub trait LowerBound {
     /// The map b whose moments are expected.
     fn basis(&self) -> &Basis;
 
-    /// The admissible depths I.
-    fn interval(&self) -> Interval;
+    /// The admissible depths I: \[0, 1\] unless the method works on the line.
+    fn interval(&self) -> Interval {
+        Interval::Unit
+    }
 
     /// Bounds from E\[b\] in double-double precision. The numbers are taken for exact.
     ///
     /// Errors: wrong length, NaN or infinite numbers, z_f outside I, moments that no distribution has, or an answer
     /// that could not be certified.
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError>;
+    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
+        self.bounds_near(moments, z_f, &[])
+    }
 
     /// [`LowerBound::bounds_precise`] where depths of a distribution with these moments are known: they may speed up
     /// the search, and are no evidence.
-    fn bounds_near(
-        &self,
-        moments: &[DoubleDouble],
-        z_f: f64,
-        _depths: &[f64],
-    ) -> Result<Bounds, MomentError> {
-        self.bounds_precise(moments, z_f)
-    }
+    fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError>;
 
     /// Bounds from E\[b\]; see [`LowerBound::bounds_precise`].
     fn bounds(&self, moments: &[f64], z_f: f64) -> Result<Bounds, MomentError> {
@@ -148,6 +148,9 @@ pub trait LowerBound {
         self.bounds_near(&z.moments(self.basis()), z_f, z.depths())
     }
 }
+
+/// A method that threads can share.
+pub type BoundMethod = Box<dyn LowerBound + Send + Sync>;
 
 /// Rejects wrong lengths, NaN, infinities and a z_f outside I.
 pub(crate) fn check_input(

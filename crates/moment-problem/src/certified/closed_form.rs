@@ -1,59 +1,17 @@
 //! The closed forms behind the common interface: exact support, weights, and dual evidence.
 
 use super::bounds::{
-    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
-    sorted_support,
+    BoundMethod, Bounds, CERTIFIED_GAP, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE,
+    check_depths, check_input, sorted_support,
 };
 use super::exact::exact_of;
 use super::hamburger::{Chebyshev, Hamburger};
-use super::semi_infinite::{CERTIFIED_GAP, Origin, PreparedBasis, solve_prepared};
+use super::semi_infinite::{Origin, PreparedBasis, solve_prepared};
 use crate::arithmetic::{DoubleDouble, Field, Real};
 use crate::basis::Basis;
 use crate::closed_forms::{hausdorff, trigonometric};
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
-
-/// A closed form on \[0, 1\] together with the basis prepared for the proof of its answers.
-#[derive(Clone, Debug)]
-struct Proved {
-    prepared: PreparedBasis,
-}
-
-impl Proved {
-    fn new(basis: &Basis) -> Result<Self, BasisError> {
-        Ok(Self { prepared: PreparedBasis::new(basis)? })
-    }
-
-    /// Certifies closed-form values: the exchange simplex starts from the claimed support and must arrive at the same
-    /// values; its dual functions are the evidence.
-    fn certify(
-        &self,
-        moments: &[DoubleDouble],
-        z_f: f64,
-        claim: Claim,
-        depths: &[f64],
-    ) -> Result<Bounds, MomentError> {
-        let start: Vec<f64> =
-            claim.support.iter().map(|&(z, _)| z.clamp(0.0, 1.0)).chain(depths.iter().copied()).collect();
-        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
-        let proof = solve_prepared(&self.prepared, (moments, origin), z_f, &start)?;
-        let difference = (claim.lower - proof.lower).abs().max((claim.upper - proof.upper).abs());
-        if difference.is_nan() || difference > CERTIFIED_GAP {
-            return Err(MomentError::Uncertified { gap: difference });
-        }
-        if claim.support.is_empty() {
-            return Ok(proof); // a trivial bound, attained by any distribution with the moments
-        }
-        let (support, weights) = sorted_support(claim.support, UNIT_WEIGHT_TOLERANCE);
-        Ok(Bounds {
-            lower: claim.lower,
-            upper: claim.upper,
-            support,
-            weights,
-            certificate: proof.certificate,
-        })
-    }
-}
 
 struct Claim {
     lower: f64,
@@ -61,18 +19,43 @@ struct Claim {
     support: Vec<(f64, f64)>,
 }
 
+impl Claim {
+    /// Certifies closed-form values: the exchange simplex starts from the claimed support and must arrive at the same
+    /// values; its dual functions are the evidence.
+    fn certified(
+        self,
+        prepared: &PreparedBasis,
+        moments: &[DoubleDouble],
+        z_f: f64,
+        depths: &[f64],
+    ) -> Result<Bounds, MomentError> {
+        let start: Vec<f64> =
+            self.support.iter().map(|&(z, _)| z.clamp(0.0, 1.0)).chain(depths.iter().copied()).collect();
+        let proof = solve_prepared(prepared, (moments, Origin::of(depths)), z_f, &start)?;
+        let difference = (self.lower - proof.lower).abs().max((self.upper - proof.upper).abs());
+        if difference.is_nan() || difference > CERTIFIED_GAP {
+            return Err(MomentError::Uncertified { gap: difference });
+        }
+        if self.support.is_empty() {
+            return Ok(proof); // a trivial bound, attained by any distribution with the moments
+        }
+        let (support, weights) = sorted_support(self.support, UNIT_WEIGHT_TOLERANCE);
+        Ok(Bounds { lower: self.lower, upper: self.upper, support, weights, certificate: proof.certificate })
+    }
+}
+
 macro_rules! unit_interval_form {
     ($(#[$doc:meta])* $type:ident, $name:literal, $basis:expr) => {
         $(#[$doc])*
         #[derive(Clone, Debug)]
         pub struct $type {
-            proved: Proved,
+            prepared: PreparedBasis,
         }
 
         impl $type {
             /// Prepares the basis for proofs (some milliseconds; reuse it).
             pub fn new() -> Result<Self, BasisError> {
-                Ok(Self { proved: Proved::new(&$basis)? })
+                Ok(Self { prepared: PreparedBasis::new(&$basis)? })
             }
         }
 
@@ -82,15 +65,7 @@ macro_rules! unit_interval_form {
             }
 
             fn basis(&self) -> &Basis {
-                self.proved.prepared.basis()
-            }
-
-            fn interval(&self) -> Interval {
-                Interval::Unit
-            }
-
-            fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-                self.bounds_near(moments, z_f, &[])
+                self.prepared.basis()
             }
 
             fn bounds_near(
@@ -101,20 +76,16 @@ macro_rules! unit_interval_form {
             ) -> Result<Bounds, MomentError> {
                 check_input(self.basis(), Interval::Unit, moments, z_f)?;
                 let array: [DoubleDouble; 4] = std::array::from_fn(|i| moments[i]);
-                self.proved.certify(moments, z_f, Self::claim(&array, z_f), depths)
+                Self::claim(&array, z_f).certified(&self.prepared, moments, z_f, depths)
             }
 
             fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
                 check_depths(z.depths(), Interval::Unit)?;
                 let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
                 // Nearly equal depths, and z_f next to one, can be too much for double-double; not for exact arithmetic.
-                result.or_else(|error| match error {
-                    MomentError::Uncertified { .. }
-                    | MomentError::Infeasible { .. }
-                    | MomentError::Solver { .. } => {
-                        exact_of(self.basis(), Interval::Unit, z, z_f).unwrap_or(Err(error))
-                    }
-                    error => Err(error),
+                result.or_else(|error| {
+                    let exact = || exact_of(self.basis(), Interval::Unit, z, z_f);
+                    error.is_unresolved().then(exact).flatten().unwrap_or(Err(error))
                 })
             }
         }
@@ -214,7 +185,12 @@ impl LowerBound for Markov {
         Interval::Real
     }
 
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
+    fn bounds_near(
+        &self,
+        moments: &[DoubleDouble],
+        z_f: f64,
+        _depths: &[f64],
+    ) -> Result<Bounds, MomentError> {
         check_input(&self.basis, Interval::Real, moments, z_f)?;
         let moment = moments[0];
         if moment <= DoubleDouble::zero() {
@@ -238,21 +214,20 @@ impl LowerBound for Markov {
 ///
 /// Power bases of order 2, 4, 6, 8 on the line, order 4 on \[0, 1\], the trigonometric basis of order 2 on \[0, 1\],
 /// and one exponential e^(c z) on the line.
-pub fn closed_form(
-    basis: &Basis,
-    interval: Interval,
-) -> Result<Option<Box<dyn LowerBound + Send + Sync>>, BasisError> {
-    Ok(match (interval, basis.power_order()) {
-        (Interval::Real, Some(2)) => Some(Box::new(Chebyshev::default())),
-        (Interval::Real, Some(4)) => Some(Box::new(Hamburger::<4>::default())),
-        (Interval::Real, Some(6)) => Some(Box::new(Hamburger::<6>::default())),
-        (Interval::Real, Some(8)) => Some(Box::new(Hamburger::<8>::default())),
-        (Interval::Unit, Some(4)) => Some(Box::new(Hausdorff4::new()?)),
-        (Interval::Unit, None) if basis.is_trigonometric4() => Some(Box::new(Trigonometric4::new()?)),
-        (Interval::Real, None) if basis.len() == 1 => match basis.functions()[0].exponential() {
+pub fn closed_form(basis: &Basis, interval: Interval) -> Result<Option<BoundMethod>, BasisError> {
+    let order = basis.power_order();
+    let exponent = if basis.len() == 1 { basis.functions()[0].exponential() } else { None };
+    Ok(match interval {
+        Interval::Real if order == Some(2) => Some(Box::new(Chebyshev::default())),
+        Interval::Real if order == Some(4) => Some(Box::new(Hamburger::<4>::default())),
+        Interval::Real if order == Some(6) => Some(Box::new(Hamburger::<6>::default())),
+        Interval::Real if order == Some(8) => Some(Box::new(Hamburger::<8>::default())),
+        Interval::Real => match exponent {
             Some(exponent) => Some(Box::new(Markov::new(exponent)?)),
             None => None,
         },
-        _ => None,
+        Interval::Unit if order == Some(4) => Some(Box::new(Hausdorff4::new()?)),
+        Interval::Unit if basis.is_trigonometric4() => Some(Box::new(Trigonometric4::new()?)),
+        Interval::Unit => None,
     })
 }

@@ -1,12 +1,13 @@
 //! Power moments on the whole line with their proof: double-double where it resolves the kernel, else exact arithmetic.
 
-use super::bounds::{Bounds, Certificate, Interval, LowerBound, check_depths, check_input, sorted_support};
+use super::bounds::{
+    Bounds, CERTIFIED_GAP, Certificate, Interval, LowerBound, check_depths, check_input, sorted_support,
+};
 use super::exact::{ExactPowers, MIXTURES, exact_of};
 use super::hermite;
-use super::semi_infinite::CERTIFIED_GAP;
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::basis::Basis;
-use crate::closed_forms::hamburger::canonical;
+use crate::closed_forms::canonical::canonical;
 use crate::distribution::DepthDistribution;
 use crate::error::MomentError;
 
@@ -128,12 +129,7 @@ impl<const M: usize> Hamburger<M> {
 
 impl<const M: usize> LowerBound for Hamburger<M> {
     fn name(&self) -> &'static str {
-        match M {
-            2 => "Chebyshev",
-            4 => "Hamburger 4",
-            6 => "Hamburger 6",
-            _ => "Hamburger 8",
-        }
+        ["Chebyshev", "Hamburger 4", "Hamburger 6", "Hamburger 8"][M / 2 - 1]
     }
 
     fn basis(&self) -> &Basis {
@@ -144,7 +140,12 @@ impl<const M: usize> LowerBound for Hamburger<M> {
         Interval::Real
     }
 
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
+    fn bounds_near(
+        &self,
+        moments: &[DoubleDouble],
+        z_f: f64,
+        _depths: &[f64],
+    ) -> Result<Bounds, MomentError> {
         check_input(&self.basis, Interval::Real, moments, z_f)?;
         if let Some(bounds) = Self::in_double_double(moments, z_f) {
             return Ok(bounds);

@@ -1,7 +1,7 @@
 //! MSM15 Algorithm 1 through good_lp, with every answer checked.
 
-use super::bounds::{Bounds, Interval, LowerBound, check_input};
-use super::semi_infinite::{CERTIFIED_GAP, Column, Origin, PreparedBasis, Program, Solution, Step, assemble};
+use super::bounds::{Bounds, CERTIFIED_GAP, Interval, LowerBound, check_input};
+use super::semi_infinite::{Column, Origin, PreparedBasis, Program, Solution, Step, assemble};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::error::{BasisError, MomentError};
@@ -184,7 +184,7 @@ impl LowerBound for LinearProgram {
         match self.solvers[..] {
             [LpSolver::Clarabel] => "linear program (clarabel)",
             [LpSolver::Microlp] => "linear program (microlp)",
-            _ => "linear program",
+            [] | [_, _, ..] => "linear program",
         }
     }
 
@@ -192,20 +192,12 @@ impl LowerBound for LinearProgram {
         self.prepared.basis()
     }
 
-    fn interval(&self) -> Interval {
-        Interval::Unit
-    }
-
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        self.bounds_near(moments, z_f, &[])
-    }
-
     fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
         let target = self.prepared.right_hand_side(moments)?;
-        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
-        let lower = self.step((&target, origin), Step::Lower { z_f }, depths)?;
-        let upper = self.step((&target, origin), Step::Upper { z_f }, depths)?;
+        let target = (&target[..], Origin::of(depths));
+        let lower = self.step(target, Step::Lower { z_f }, depths)?;
+        let upper = self.step(target, Step::Upper { z_f }, depths)?;
         assemble(&self.prepared, &lower, &upper).certified(CERTIFIED_GAP)
     }
 }

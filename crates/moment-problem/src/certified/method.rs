@@ -1,6 +1,6 @@
 //! From a basis, an interval and a solver's name to the method that computes bounds.
 
-use super::bounds::{Interval, LowerBound};
+use super::bounds::{BoundMethod, Interval};
 use super::closed_form::closed_form;
 use super::linear_program::LinearProgram;
 use super::semi_infinite::ExchangeSimplex;
@@ -8,9 +8,6 @@ use crate::basis::Basis;
 use crate::error::MomentError;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
-
-/// A bound method that threads can share.
-pub type Method = Box<dyn LowerBound + Send + Sync>;
 
 /// How bounds are computed.
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
@@ -51,7 +48,7 @@ impl FromStr for Solver {
 /// solver is named.
 ///
 /// Errors: no method for this combination (the message names one that works), or a basis that cannot be prepared.
-pub fn method(basis: &Basis, interval: Interval, solver: Option<Solver>) -> Result<Method, MomentError> {
+pub fn method(basis: &Basis, interval: Interval, solver: Option<Solver>) -> Result<BoundMethod, MomentError> {
     let closed = match solver {
         None | Some(Solver::Closed) => closed_form(basis, interval)?,
         Some(Solver::Lp | Solver::Fast) => None,

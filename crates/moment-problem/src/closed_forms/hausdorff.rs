@@ -9,7 +9,8 @@
 //! x = z_f - m, t = m - V / x, and of its mass M_0 the share V / (V + x^2) lies at z_f. V cannot be negative; where
 //! rounding made it so, it tells how large the rounding is.
 
-use super::hamburger::{Pair, Solution4, ThreePoints, canonical, positive_pivot, solve4};
+use super::canonical::{canonical, positive_pivot};
+use super::hamburger::{Pair, Solution4, ThreePoints, solve4};
 use crate::arithmetic::Real;
 
 /// A support point outside \[0, 1\] by this many rounding errors of 1 is taken for an end point.

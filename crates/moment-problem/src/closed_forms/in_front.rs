@@ -4,7 +4,8 @@
 //! for two moments this is the average of Yang et al., *Variance Soft Shadow Mapping*, 2010, with the unblocked
 //! depth at z_f). On the line points may lie outside \[0, 1\]; one at infinity has weight 0 and is left out.
 
-use super::hamburger::{Solution4, ThreePoints, canonical, front_weight, solve4};
+use super::canonical::canonical;
+use super::hamburger::{Solution4, ThreePoints, front_weight, solve4};
 use super::hausdorff::{four_points, is_inside};
 use super::roots;
 use crate::arithmetic::Real;

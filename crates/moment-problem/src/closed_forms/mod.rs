@@ -1,11 +1,12 @@
 //! Closed forms as plain functions over any [`Real`](crate::arithmetic::Real), without evidence.
 
-mod batch;
+pub(crate) mod canonical;
 pub mod hamburger;
 pub mod hausdorff;
 mod in_front;
 pub mod markov;
 mod moment_bound;
+mod pair;
 pub mod roots;
 pub mod textbook;
 pub mod trigonometric;
@@ -33,6 +34,5 @@ pub mod wgsl {
     pub(super) const TRIGONOMETRIC_4: &str = include_str!("trigonometric4.wgsl");
 }
 
-pub use batch::VectorWidth;
 pub use in_front::InFront;
 pub use moment_bound::MomentBound;

@@ -1,7 +1,8 @@
 //! What every kind asks of the rows of a table.
 
 use crate::error::ReportError;
-use evaluation::RunDirectory;
+use crate::page::{Block, Table, in_percent};
+use evaluation::{RunDirectory, ViewRecord};
 use serde::de::DeserializeOwned;
 
 /// Each value once, in the order of their first appearance.
@@ -15,10 +16,57 @@ pub(crate) fn distinct<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec
     distinct
 }
 
+/// The tables of a run, each a file of the field's name, beside the experiment where rows are read with it; `some_runs` names
+/// those that need not be there.
+macro_rules! tables {
+    (
+        $(#[$doc:meta])*
+        $name:ident $(<$life:lifetime> of $experiment:ty)? { $($table:ident: $row:ty,)* }
+        $(some_runs { $($rare:ident: $rare_row:ty,)* })?
+    ) => {
+        $(#[$doc])*
+        pub(crate) struct $name $(<$life>)? {
+            $(pub(crate) experiment: &$life $experiment,)?
+            $(pub(crate) $table: Vec<$row>,)*
+            $($(pub(crate) $rare: Vec<$rare_row>,)*)?
+        }
+
+        impl $(<$life>)? $name $(<$life>)? {
+            pub(crate) fn read(
+                run: &evaluation::RunDirectory,
+                $(experiment: &$life $experiment,)?
+            ) -> Result<Self, crate::error::ReportError> {
+                Ok(Self {
+                    $(experiment: <&$life $experiment>::from(experiment),)?
+                    $($table: run.rows(concat!(stringify!($table), ".csv"))?,)*
+                    $($($rare: crate::kinds::rows::rows_if_there(run, concat!(stringify!($rare), ".csv"))?,)*)?
+                })
+            }
+        }
+    };
+}
+pub(crate) use tables;
+
 /// The rows of a table that only some runs have.
 pub(crate) fn rows_if_there<R: DeserializeOwned>(
     run: &RunDirectory,
     file: &str,
 ) -> Result<Vec<R>, ReportError> {
     Ok(if run.path().join(file).is_file() { run.rows(file)? } else { Vec::new() })
+}
+
+/// The light views that were evaluated, with what their kind recorded of them.
+pub(crate) fn views(level: u8, views: &[ViewRecord]) -> Vec<Block> {
+    let five_digits = |value: Option<f64>| value.map(|value| format!("{value:.5}"));
+    let table = Table::of(views)
+        .left("view", |v| format!("{} {}", v.scene, v.view))
+        .right_if_any("stack entries", |v| v.stack_entries)
+        .right_if_any("layers", |v| v.layers)
+        .right("fragments", |v| v.fragments)
+        .right("evaluated", |v| v.sampled)
+        .right_if_any("texel depth", |v| five_digits(v.texel_depth))
+        .right_if_any("median slope", |v| five_digits(v.median_slope))
+        .right_if_any("mean F, %", |v| v.mean_reference.map(|mean| in_percent(mean, 1)))
+        .right_if_any("clamped", |v| v.clamped_depths);
+    Block::section(level, "Views", table, None)
 }

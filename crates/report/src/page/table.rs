@@ -64,6 +64,15 @@ impl<R: Copy> Columns<R> {
         self.column(false, name, cell)
     }
 
+    /// A column of numbers that only some tables have: none where no row has one.
+    pub(crate) fn right_if_any<T: Into<Text>>(
+        self,
+        name: impl Into<Text>,
+        cell: impl Fn(R) -> Option<T>,
+    ) -> Self {
+        if self.rows.iter().any(|&row| cell(row).is_some()) { self.right(name, cell) } else { self }
+    }
+
     /// A column of numbers.
     pub(crate) fn right<T: Into<Text>>(self, name: impl Into<Text>, cell: impl Fn(R) -> T) -> Self {
         self.column(true, name, cell)

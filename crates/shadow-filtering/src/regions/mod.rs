@@ -7,7 +7,8 @@ mod summed_area;
 
 pub use kernel::{KernelField, Position, encode, filter};
 pub use pyramid::{MipTexel, Pyramid, resolve};
-pub use summed_area::{BoxField, SummedAreaField};
+use summed_area::BoxField;
+pub use summed_area::SummedAreaField;
 
 use crate::depth_map::DepthMap;
 use crate::error::FilteringError;

@@ -36,7 +36,7 @@ impl StoredField<f64> for SummedAreaField {
 }
 
 /// The same for a uniform kernel around the texel that a point lies in.
-pub struct BoxField {
+pub(super) struct BoxField {
     sums: SummedAreaField,
     radius: usize,
 }
@@ -46,7 +46,7 @@ impl BoxField {
     ///
     /// # Errors
     /// As [`SummedAreaField::new`].
-    pub fn new(
+    pub(super) fn new(
         technique: &Technique,
         map: &DepthMap,
         kernel: &Kernel,

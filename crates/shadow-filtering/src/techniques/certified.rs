@@ -2,10 +2,9 @@
 //! Milliseconds a fragment: for evaluation, not for frames.
 
 use super::Parts;
-use crate::bound::AnyBound;
+use crate::bound::{AnyBound, unit};
 use crate::error::FilteringError;
 use crate::spec::TechniqueSpec;
-use crate::technique::unit;
 use moment_problem::hamburger::Pair;
 use moment_problem::{Basis, ExchangeSimplex, LowerBound};
 

@@ -15,8 +15,8 @@ use super::{Parts, count_of};
 use crate::basis::DepthBasis;
 use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::shaders;
 use crate::spec::TechniqueSpec;
+use crate::wgsl;
 use moment_problem::arithmetic::Real;
 use std::f64::consts::PI;
 
@@ -148,7 +148,7 @@ impl ShadowBound for Convolution {
     }
 
     fn shader(&self) -> Option<String> {
-        shaders::convolution(self.frequency, self.delta, [self.low, self.high], &self.amplitudes)
+        wgsl::convolution(self.frequency, self.delta, [self.low, self.high], &self.amplitudes)
     }
 }
 
@@ -174,13 +174,19 @@ pub(crate) fn parts(spec: &TechniqueSpec) -> Result<Parts, FilteringError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::depth_map::DepthMap;
     use crate::kernel::Kernel;
     use crate::regions::{encode, filter};
 
     #[test]
     fn convolution_shadow_maps_are_the_filtered_response_and_tend_to_the_shadow_test() {
         let kernel = Kernel::gaussian(9, 2.4).unwrap();
-        let map = &crate::conformance::maps().unwrap()[4];
+        // Leaves of many depths over tilted ground.
+        let depth = |t: usize| match t * 7 % 10 {
+            leaf @ 0..4 => 0.3 + 0.05 * leaf as f32,
+            _ => 0.8 + 0.002 * (t % 48) as f32,
+        };
+        let map = &DepthMap::new(48, 48, (0..48 * 48).map(depth).collect()).unwrap();
         for coefficients in [1, 4, 16] {
             let csm = Convolution::new(coefficients).unwrap();
             let technique =

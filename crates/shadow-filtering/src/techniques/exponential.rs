@@ -5,8 +5,8 @@ use super::{LARGEST_EXPONENT, Parts, exponent_of};
 use crate::basis::DepthBasis;
 use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::shaders;
 use crate::spec::TechniqueSpec;
+use crate::wgsl;
 use moment_problem::arithmetic::Real;
 use moment_problem::markov::markov_line;
 
@@ -37,7 +37,7 @@ impl ShadowBound for Exponential {
     }
 
     fn shader(&self) -> Option<String> {
-        shaders::exponential(self.exponent)
+        wgsl::exponential(self.exponent)
     }
 }
 

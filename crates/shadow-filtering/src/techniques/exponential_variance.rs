@@ -10,8 +10,8 @@ use super::{LARGEST_EXPONENT_WITH_SQUARE, Parts, exponent_of};
 use crate::basis::{DepthBasis, signed};
 use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::shaders;
 use crate::spec::TechniqueSpec;
+use crate::wgsl;
 use moment_problem::arithmetic::Real;
 
 /// Warps and their squares: two values with the ascending warp e^(c s), four with both.
@@ -55,7 +55,7 @@ impl ShadowBound for Warps {
     }
 
     fn shader(&self) -> Option<String> {
-        shaders::exponential_variance(self.positive, self.negative)
+        wgsl::exponential_variance(self.positive, self.negative)
     }
 }
 

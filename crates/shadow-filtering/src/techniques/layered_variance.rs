@@ -8,11 +8,10 @@
 use super::variance::cantelli;
 use super::{Parts, count_of};
 use crate::basis::DepthBasis;
-use crate::bound::ShadowBound;
+use crate::bound::{ShadowBound, unit};
 use crate::error::FilteringError;
-use crate::shaders;
 use crate::spec::TechniqueSpec;
-use crate::technique::unit;
+use crate::wgsl;
 use moment_problem::arithmetic::Real;
 
 /// Most layers that make sense: more channels than any texture array is given for this.
@@ -54,7 +53,7 @@ impl ShadowBound for Layers {
     }
 
     fn shader(&self) -> Option<String> {
-        shaders::layered_variance(self.layers)
+        wgsl::layered_variance(self.layers)
     }
 }
 

@@ -12,8 +12,8 @@ use super::{Parts, two_surfaces};
 use crate::basis::{DepthBasis, Powers, signed};
 use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::shaders;
 use crate::spec::{Range, TechniqueSpec};
+use crate::wgsl;
 use moment_problem::MomentBound;
 use moment_problem::arithmetic::Real;
 use moment_problem::hamburger::Pair;
@@ -167,7 +167,7 @@ impl ShadowBound for BiasedMoments {
 
     fn shader(&self) -> Option<String> {
         let centre = &self.centre[..self.bound.order()];
-        shaders::moments(self.bound, self.range == Range::Signed, self.single_alpha, centre, self.beta)
+        wgsl::moments(self.bound, self.range == Range::Signed, self.single_alpha, centre, self.beta)
     }
 }
 

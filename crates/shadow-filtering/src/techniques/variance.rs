@@ -4,8 +4,8 @@ use super::Parts;
 use crate::basis::Powers;
 use crate::bound::ShadowBound;
 use crate::error::FilteringError;
-use crate::shaders;
 use crate::spec::TechniqueSpec;
+use crate::wgsl;
 use moment_problem::arithmetic::Real;
 use moment_problem::hamburger::chebyshev;
 
@@ -40,7 +40,7 @@ impl ShadowBound for Cantelli {
     }
 
     fn shader(&self) -> Option<String> {
-        shaders::variance()
+        wgsl::variance()
     }
 }
 

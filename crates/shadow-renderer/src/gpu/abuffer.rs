@@ -6,7 +6,7 @@ use std::time::Instant;
 use graphics_device::{DeviceError, GraphicsDevice};
 use wgpu::BufferUsages as Usage;
 
-use super::kernel::Kernel;
+use super::compute_shader::ComputeShader;
 use super::work_items::{GpuTriangle, Item, gpu_triangles, items, most_fragments};
 use super::{FRAGMENTS, SCAN, SORT};
 use crate::stack::assemble::{Band, Key};
@@ -51,12 +51,12 @@ pub(super) const KERNELS: [(&str, &str); 6] = [
 /// The A-buffer's shaders, compiled.
 pub(crate) struct ABuffer {
     gpu: &'static GraphicsDevice,
-    count: Kernel,
-    scatter: Kernel,
-    scan_blocks: Kernel,
-    scan_sums: Kernel,
-    add_sums: Kernel,
-    sort: Kernel,
+    count: ComputeShader,
+    scatter: ComputeShader,
+    scan_blocks: ComputeShader,
+    scan_sums: ComputeShader,
+    add_sums: ComputeShader,
+    sort: ComputeShader,
 }
 
 impl ABuffer {
@@ -72,7 +72,7 @@ impl ABuffer {
 
     fn new(gpu: &'static GraphicsDevice) -> Result<Self, DeviceError> {
         let [count, scatter, scan_blocks, scan_sums, add_sums, sort] =
-            KERNELS.map(|(source, name)| Kernel::new(gpu, source, name));
+            KERNELS.map(|(source, name)| ComputeShader::new(gpu, source, name));
         Ok(Self {
             gpu,
             count: count?,
@@ -271,7 +271,7 @@ impl<'a> Extraction<'a> {
     fn visit(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        kernel: &Kernel,
+        kernel: &ComputeShader,
         batches: &[Batch<'_>],
         counters: &wgpu::Buffer,
         keys: &wgpu::Buffer,
@@ -295,7 +295,7 @@ impl<'a> Extraction<'a> {
     fn dispatch(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        kernel: &Kernel,
+        kernel: &ComputeShader,
         buffers: &[(&str, &wgpu::Buffer)],
         groups: [u32; 2],
     ) -> Result<(), DeviceError> {

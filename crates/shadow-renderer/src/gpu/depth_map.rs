@@ -5,8 +5,8 @@ use scenes::Scene;
 use wgpu::BufferUsages as Usage;
 
 use super::READ_DEPTHS;
+use super::compute_shader::ComputeShader;
 use super::geometry::{LightPass, MaskBuffers};
-use super::kernel::Kernel;
 use crate::stack::fixed_point::Masks;
 use crate::{BINDING_BYTES, LightFrame, RenderError};
 
@@ -85,7 +85,7 @@ fn render(
         Sampling::Supersample8 => (1, &SUPERSAMPLE_8),
     };
     let light = LightPass::new(gpu, scene, (masks, &MaskBuffers::upload(gpu, masks)), frame, per_pass)?;
-    let reader = Kernel::new(gpu, READ_DEPTHS, READERS[usize::from(per_pass > 1)])?;
+    let reader = ComputeShader::new(gpu, READ_DEPTHS, READERS[usize::from(per_pass > 1)])?;
 
     let samples = per_pass * offsets.len() as u32;
     let mut depths = vec![0.0; width as usize * height as usize * samples as usize];
@@ -111,7 +111,7 @@ fn render(
 /// The depths of some rows; `rows` is width, first row, number of rows and samples a texel.
 fn read_rows(
     gpu: &GraphicsDevice,
-    reader: &Kernel,
+    reader: &ComputeShader,
     view: &wgpu::TextureView,
     rows: [u32; 4],
 ) -> Result<Vec<f32>, DeviceError> {

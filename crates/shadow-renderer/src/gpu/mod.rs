@@ -3,11 +3,11 @@
 
 mod abuffer;
 mod bind;
+mod compute_shader;
 mod depth_map;
 mod filter_chain;
 mod frame_renderer;
 mod geometry;
-mod kernel;
 mod raster_pass;
 mod work_items;
 

@@ -7,7 +7,7 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
-use moment_problem::Method;
+use moment_problem::BoundMethod;
 use moment_problem::{Bounds, DepthDistribution};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -33,7 +33,7 @@ struct BoundsPlan<'a> {
     texels: Vec<Vec<f64>>,
     distributions: Vec<DepthDistribution>,
     /// By figure and technique.
-    methods: Vec<Vec<Method>>,
+    methods: Vec<Vec<BoundMethod>>,
     trials: Vec<Trial>,
 }
 

@@ -6,7 +6,7 @@ use crate::experiment::keys::{file_name, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::run::Recorded;
 use moment_problem::Basis;
-use moment_problem::{Interval, Method, Solver, method};
+use moment_problem::{BoundMethod, Interval, Solver, method};
 use serde::{Deserialize, Serialize};
 
 /// Largest accepted number of fragment depths.
@@ -16,10 +16,6 @@ const MAX_DEPTHS: usize = 100_001;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct BoundsExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Seed of rough and scattered surfaces.
     pub seed: u64,
     /// Number of fragment depths, evenly spaced from 0 to 1.
@@ -149,7 +145,7 @@ impl BoundsTechnique {
         self.basis.parse().map_err(|error: moment_problem::BasisError| self.failure(error.into()))
     }
 
-    pub(super) fn method(&self) -> Result<Method, EvaluationError> {
+    pub(super) fn method(&self) -> Result<BoundMethod, EvaluationError> {
         method(&self.basis()?, self.interval, self.solver).map_err(|error| self.failure(error))
     }
 

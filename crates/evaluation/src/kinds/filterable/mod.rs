@@ -17,7 +17,5 @@ mod timing;
 mod view;
 
 pub use maps::map_name;
-pub use records::{
-    AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PictureRecord, ViewRecord,
-};
+pub use records::{AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PictureRecord};
 pub use settings::{FilterableExperiment, FilterableTechnique, FilterableTiming, MapSettings, Picture};

@@ -43,31 +43,6 @@ pub struct FilterableRecord {
     pub error: String,
 }
 
-/// One row of views.csv.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct ViewRecord {
-    /// Scene.
-    pub scene: String,
-    /// View.
-    pub view: String,
-    /// Entries of the layered shadow map.
-    pub stack_entries: usize,
-    /// Most layers behind one texel.
-    pub layers: u32,
-    /// Fragments: light-facing entries whose kernel lies inside the map.
-    pub fragments: usize,
-    /// Fragments evaluated.
-    pub sampled: usize,
-    /// Depth by which a plane at 45 degrees to the light changes from texel to texel: the unit of biases.
-    pub texel_depth: f64,
-    /// Median of the fragments' |g_x| + |g_y|.
-    pub median_slope: f64,
-    /// Depths outside \[0, 1\] that were clamped.
-    pub clamped_depths: usize,
-    /// Mean of F under the first bias.
-    pub mean_reference: f64,
-}
-
 /// One row of samples.csv: a timing on one thread.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct FilterableSample {

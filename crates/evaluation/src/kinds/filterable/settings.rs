@@ -1,7 +1,7 @@
 //! The TOML keys of the kind `filterable`.
 
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, unique};
+use crate::experiment::keys::{file_name, in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::role::{Role, check_roles};
@@ -14,15 +14,9 @@ use shadow_filtering::{FilteringError, KernelSpec, SurfaceCounter, TechniqueSpec
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct FilterableExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Scenes, shadow maps and filter; its keys stand beside the others.
     #[serde(skip)]
     pub scenery: SceneSettings,
-    /// Seed of the sample of fragments.
-    pub seed: u64,
     /// Of these, fragments a view for techniques that solve a linear program.
     #[serde(default)]
     pub certified_fragments: usize,
@@ -111,17 +105,9 @@ impl Settings for FilterableExperiment {
     const ON_SCENES: bool = true;
     const IS_DIVISIBLE: bool = true;
 
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;
-        for (key, empty) in [("bias", self.bias.is_empty()), ("technique", self.technique.is_empty())] {
-            if empty {
-                return Err(EvaluationError::key(key, format!("{key} is empty")));
-            }
-        }
+        not_empty([("bias", self.bias.is_empty()), ("technique", self.technique.is_empty())])?;
         for (key, sampled) in [
             ("certified_fragments", self.certified_fragments),
             ("agreement_fragments", self.agreement_fragments),
@@ -157,12 +143,8 @@ impl Settings for FilterableExperiment {
         Ok(())
     }
 
-    fn scenery(&self) -> Option<&SceneSettings> {
-        Some(&self.scenery)
-    }
-
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        Some(&mut self.scenery)
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
     }
 
     fn scenes_replaced(&mut self) {

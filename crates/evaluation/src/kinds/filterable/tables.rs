@@ -2,10 +2,11 @@
 
 use super::picture;
 use super::plan::FilterablePlan;
-use super::records::{AgreementRecord, FilterableRecord, FilterableSample, ViewRecord};
+use super::records::{AgreementRecord, FilterableRecord, FilterableSample};
 use super::statistics::{Group, Outcome, record};
 use super::view::CLASSES;
 use crate::error::EvaluationError;
+use crate::fragments::ViewRecord;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::shards;

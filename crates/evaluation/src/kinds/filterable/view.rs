@@ -1,9 +1,8 @@
 //! A light view of a scene, ready to be evaluated: shadow map and classified fragments.
 
-use super::records::ViewRecord;
 use super::settings::FilterableExperiment;
 use crate::error::EvaluationError;
-use crate::fragments::{Lit, LoadedScene, chosen};
+use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};
 use crate::statistics::rounded;
 use rayon::prelude::*;
 use scenes::LightView;
@@ -55,7 +54,8 @@ impl View {
             stack_entries: stack.fragments(),
             layers: stack.layer_statistics().max,
         };
-        let chosen = chosen(view.receivers.len(), experiment.scenery.fragments, experiment.seed, number);
+        let chosen =
+            chosen(view.receivers.len(), experiment.scenery.fragments, experiment.scenery.seed, number);
         let counter = SurfaceCounter::new(experiment.surface_gap, experiment.scenery.plane_limit)
             .map_err(|error| EvaluationError::Value(error.to_string()))?;
         let slopes = slopes(stack);
@@ -82,14 +82,15 @@ impl View {
         ViewRecord {
             scene: self.scene.clone(),
             view: self.name.clone(),
-            stack_entries: self.stack_entries,
-            layers: self.layers,
+            stack_entries: Some(self.stack_entries),
+            layers: Some(self.layers),
             fragments: self.receivers.len(),
             sampled: self.samples.len(),
-            texel_depth: rounded(self.texel_depth),
-            median_slope: rounded(slopes[slopes.len() / 2]),
-            clamped_depths: self.map.clamped(),
-            mean_reference: rounded(reference.iter().sum::<f64>() / reference.len() as f64),
+            texel_depth: Some(rounded(self.texel_depth)),
+            median_slope: Some(rounded(slopes[slopes.len() / 2])),
+            clamped_depths: Some(self.map.clamped()),
+            mean_reference: Some(rounded(reference.iter().sum::<f64>() / reference.len() as f64)),
+            active: None,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::records::{BiasRecord, QuantizationRecord};
 use super::settings::{BiasTarget, QuantizationExperiment};
-use super::variant::Variant;
+use super::stored_technique::StoredTechnique;
 use super::workload::StoredView;
 use crate::error::EvaluationError;
 use crate::fragments::spread;
@@ -94,7 +94,10 @@ impl<'a> Fragments<'a> {
 }
 
 /// Stores, filters and restores the moments of all fragments: texels and moments, a row each.
-fn restored(variant: &Variant, views: &[StoredView]) -> Result<(Vec<f64>, Vec<f64>), EvaluationError> {
+fn restored(
+    variant: &StoredTechnique,
+    views: &[StoredView],
+) -> Result<(Vec<f64>, Vec<f64>), EvaluationError> {
     let fail = |error: FilteringError| EvaluationError::Value(error.to_string());
     let technique = &variant.technique;
     let m = technique.channels();
@@ -117,7 +120,7 @@ fn restored(variant: &Variant, views: &[StoredView]) -> Result<(Vec<f64>, Vec<f6
 }
 
 /// Moments of kernels before storage: these lie on the boundary of the valid set, or near it.
-fn workload(variant: &Variant, views: &[StoredView], wanted: usize) -> Vec<Vec<f64>> {
+fn workload(variant: &StoredTechnique, views: &[StoredView], wanted: usize) -> Vec<Vec<f64>> {
     let all: Vec<_> =
         views.iter().flat_map(|view| view.receivers.iter().map(move |receiver| (view, receiver))).collect();
     let basis = variant.bound().basis();
@@ -151,7 +154,7 @@ fn needed(matrix: &MomentMatrix, moments: &[f64], b_star: &[f64]) -> Vec<f64> {
 /// Evaluates a way to store moments; `exact` is G without quantisation.
 pub(crate) fn evaluate(
     experiment: &QuantizationExperiment,
-    variant: &Variant,
+    variant: &StoredTechnique,
     fragments: &Fragments<'_>,
     exact: &[f32],
 ) -> Result<Evaluated, EvaluationError> {
@@ -251,7 +254,7 @@ const MAX_DEPTHS: usize = 16;
 
 /// G with moments in double precision, filtered exactly, and its record.
 pub(crate) fn exact(
-    variant: &Variant,
+    variant: &StoredTechnique,
     fragments: &Fragments<'_>,
 ) -> Result<(Vec<f32>, QuantizationRecord), EvaluationError> {
     let fail = |error: FilteringError| EvaluationError::Value(error.to_string());
@@ -289,13 +292,13 @@ pub(crate) fn exact(
 }
 
 /// What is recorded of a way to store moments that cannot be evaluated: a row with the reason.
-pub(crate) fn failed(variant: &Variant, reason: &EvaluationError) -> Evaluated {
+pub(crate) fn failed(variant: &StoredTechnique, reason: &EvaluationError) -> Evaluated {
     let means = Means { l1: 0.0, standard_error: 0.0, signed: 0.0, change: 0.0, excess: 0.0 };
     let record = QuantizationRecord { error: reason.to_string(), ..filled(variant, &means, 0) };
     Evaluated { records: vec![record], biases: Vec::new(), texels: Vec::new(), best: None }
 }
 
-fn filled(variant: &Variant, means: &Means, fragments: usize) -> QuantizationRecord {
+fn filled(variant: &StoredTechnique, means: &Means, fragments: usize) -> QuantizationRecord {
     QuantizationRecord {
         bound: variant.bound_name().to_owned(),
         transform: variant.transform.clone(),
@@ -319,7 +322,7 @@ fn filled(variant: &Variant, means: &Means, fragments: usize) -> QuantizationRec
 
 /// G of all fragments under a bias.
 fn intensities(
-    variant: &Variant,
+    variant: &StoredTechnique,
     moments: &[f64],
     b_star: &[f64],
     alpha: f64,

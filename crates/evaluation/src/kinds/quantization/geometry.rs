@@ -2,7 +2,7 @@
 //! stored codes.
 
 use super::records::{CodeRecord, HullRecord};
-use super::variant::Variant;
+use super::stored_technique::StoredTechnique;
 use crate::error::EvaluationError;
 use crate::statistics::rounded;
 use quantization::published::Published;
@@ -55,7 +55,7 @@ fn volume(points: &[[f64; 3]]) -> f64 {
 }
 
 /// Histograms of the channels of filtered texels; values in \[0, 1\].
-pub(crate) fn codes(variant: &Variant, texels: &[f64], bins: usize) -> Vec<CodeRecord> {
+pub(crate) fn codes(variant: &StoredTechnique, texels: &[f64], bins: usize) -> Vec<CodeRecord> {
     let channels = variant.bound().order();
     let mut records = Vec::new();
     for channel in 0..channels {

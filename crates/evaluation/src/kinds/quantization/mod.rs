@@ -2,16 +2,16 @@
 //! set, and to the error against percentage-closer filtering (MSM15 sections 4.2 and 4.3, BHS16 sections 2.5 and 3.2).
 
 mod bias_search;
+mod check;
 mod gains;
 mod geometry;
 mod records;
 mod run;
 mod settings;
-mod variant;
+mod stored_technique;
 mod workload;
 
 pub use records::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
-    QuantizationViewRecord,
 };
-pub use settings::{Alphas, BiasTarget, GainSetting, QuantizationExperiment, StoreSetting, StructureName};
+pub use settings::{BiasTarget, GainSetting, QuantizationExperiment, StoreSetting, StructureName};

@@ -208,18 +208,3 @@ pub struct CodeRecord {
     /// Entropy of the channel's bins in bits: log2 of their number if all are used equally.
     pub entropy_bits: f64,
 }
-
-/// One row of views.csv.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct QuantizationViewRecord {
-    /// Scene.
-    pub scene: String,
-    /// View.
-    pub view: String,
-    /// Fragments: light-facing entries whose kernel lies inside the map.
-    pub fragments: usize,
-    /// Fragments evaluated.
-    pub sampled: usize,
-    /// Mean of F.
-    pub mean_reference: f64,
-}

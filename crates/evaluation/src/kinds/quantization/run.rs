@@ -5,7 +5,7 @@ use super::gains;
 use super::geometry;
 use super::records::{ComparisonRecord, QuantizationRecord};
 use super::settings::QuantizationExperiment;
-use super::variant::Variant;
+use super::stored_technique::StoredTechnique;
 use super::workload::StoredView;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
@@ -17,11 +17,11 @@ impl QuantizationExperiment {
     /// Optimises, then evaluates one way to store moments after the other.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let views = StoredView::all(self)?;
-        let variants = Variant::all(self)?;
+        let variants = StoredTechnique::all(self)?;
         let total = self.gain.len() + variants.len();
         let (mut gains, mut samples) = (Vec::new(), Vec::new());
         for (done, setting) in self.gain.iter().enumerate() {
-            let (record, sample) = gains::optimised(setting, self.seed);
+            let (record, sample) = gains::optimised(setting, self.scenery.seed);
             gains.push(record);
             samples.push(sample);
             (context.progress)(done + 1, total);
@@ -86,7 +86,7 @@ impl Tables {
     fn add(
         &mut self,
         experiment: &QuantizationExperiment,
-        variant: &Variant,
+        variant: &StoredTechnique,
         fragments: &Fragments<'_>,
     ) -> Result<(), EvaluationError> {
         let key = (variant.bound_name(), variant.kernel_name.clone());
@@ -116,7 +116,7 @@ impl Tables {
     fn comparisons(
         &self,
         experiment: &QuantizationExperiment,
-        variants: &[Variant],
+        variants: &[StoredTechnique],
         views: &[StoredView],
     ) -> Vec<ComparisonRecord> {
         let mut records = Vec::new();

@@ -1,9 +1,8 @@
 //! Fragments of all views, each with F and the depth that techniques compare.
 
-use super::records::QuantizationViewRecord;
 use super::settings::QuantizationExperiment;
 use crate::error::EvaluationError;
-use crate::fragments::{Lit, LoadedScene, chosen};
+use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};
 use crate::statistics::rounded;
 use applications::{BiasSetting, HardShadow, truths};
 use rayon::prelude::*;
@@ -36,7 +35,8 @@ impl StoredView {
                 let Lit { map, receivers, texel_depth, .. } =
                     scene.lit(light, experiment.scenery.size, &kernel)?;
                 let fragments = receivers.len();
-                let indices = chosen(fragments, experiment.scenery.fragments, experiment.seed, views.len());
+                let indices =
+                    chosen(fragments, experiment.scenery.fragments, experiment.scenery.seed, views.len());
                 let receivers: Vec<Receiver> = indices.into_iter().map(|index| receivers[index]).collect();
                 let mut view = Self {
                     map,
@@ -74,13 +74,14 @@ impl StoredView {
     }
 
     /// The row of views.csv; `reference` is F of the samples.
-    pub(crate) fn record(&self, reference: &[f64]) -> QuantizationViewRecord {
-        QuantizationViewRecord {
+    pub(crate) fn record(&self, reference: &[f64]) -> ViewRecord {
+        ViewRecord {
             scene: self.scene.clone(),
             view: self.view.clone(),
             fragments: self.fragments,
             sampled: self.receivers.len(),
-            mean_reference: rounded(reference.iter().sum::<f64>() / reference.len() as f64),
+            mean_reference: Some(rounded(reference.iter().sum::<f64>() / reference.len() as f64)),
+            ..ViewRecord::default()
         }
     }
 }

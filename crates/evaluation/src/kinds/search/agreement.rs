@@ -22,7 +22,7 @@ fn one(
     i: usize,
     fragments: usize,
 ) -> Option<SearchAgreementRecord> {
-    let mut random = Random::substream(sweep.experiment.seed, STREAM, i as u64);
+    let mut random = Random::substream(sweep.experiment.scenery.seed, STREAM, i as u64);
     let order = i % sweep.subsets.len();
     let number = (random.unit() * sweep.subsets[order].len() as f64) as u32;
     let members = sweep.members(order, number);

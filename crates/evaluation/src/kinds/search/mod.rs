@@ -16,8 +16,5 @@ mod sweep;
 mod timing;
 mod workload;
 
-pub use records::{
-    MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, SearchViewRecord, StageRecord,
-};
-pub use run::Prediction;
+pub use records::{MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, StageRecord};
 pub use settings::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};

@@ -67,21 +67,6 @@ pub struct MarkRecord {
     pub difference_standard_error: Option<f64>,
 }
 
-/// One row of views.csv.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct SearchViewRecord {
-    /// Scene.
-    pub scene: String,
-    /// View.
-    pub view: String,
-    /// Fragments: light-facing entries whose kernel lies inside the map.
-    pub fragments: usize,
-    /// Fragments drawn.
-    pub sampled: usize,
-    /// Of these, fragments with F_Z > 0; the others have the same error for every basis.
-    pub active: usize,
-}
-
 /// One row of agreement.csv: a basis against independent solutions of the same programs.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct SearchAgreementRecord {
@@ -112,9 +97,4 @@ pub struct SearchSample {
     pub wrong: usize,
     /// Nanoseconds for all.
     pub time_ns: u64,
-}
-
-/// Rounded to the precision of the tables.
-pub(crate) fn rounded(value: f64) -> f64 {
-    (value * 1e7).round() / 1e7 + 0.0
 }

@@ -3,43 +3,28 @@
 use super::agreement::compare;
 use super::candidates::class;
 use super::judge::{Finding, Key};
-use super::records::{MarkRecord, SearchRecord, SearchViewRecord, StageRecord, rounded};
+use super::records::{MarkRecord, SearchRecord, StageRecord};
 use super::settings::SearchExperiment;
 use super::sweep::Sweep;
 use super::timing::time;
 use super::workload::Workload;
 use crate::error::EvaluationError;
+use crate::experiment::Prediction;
 use crate::experiment::kind::RunContext;
 use crate::provenance::sha256;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::shards::{self, Shard};
-use crate::statistics::{Mean, joined, stratified};
+use crate::statistics::{Mean, joined, rounded_to, stratified};
 use moment_problem::BasisFunction;
 use std::collections::HashMap;
 use std::time::Instant;
 
+/// Steps in 1 of the tables: far below the intervals of errors.
+const STEPS: f64 = 1e7;
+
 /// Normal quantile of the intervals: 99 % lie within.
 const INTERVAL_DEVIATIONS: f64 = 2.576;
-
-/// What a search will cost.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
-pub struct Prediction {
-    /// Candidates of all orders.
-    pub candidates: u64,
-    /// Linear programs of the first block.
-    pub programs: u64,
-    /// Linear programs of the later blocks, if one candidate in fifty stays in the race at each.
-    pub later_programs: u64,
-    /// Programs a second on one thread, measured on some candidates.
-    pub programs_per_second: f64,
-    /// Threads.
-    pub threads: usize,
-    /// Hours on these threads.
-    pub hours: f64,
-    /// Bytes of checkpoint and tables.
-    pub disk_bytes: u64,
-}
 
 impl SearchExperiment {
     fn prepare(&self) -> Result<(Workload, Vec<BasisFunction>), EvaluationError> {
@@ -72,18 +57,6 @@ impl SearchExperiment {
         for order in 0..sweep.subsets.len() {
             records.extend(ranked(sweep, functions, known, order));
         }
-        let views: Vec<SearchViewRecord> = sweep
-            .workload
-            .views
-            .iter()
-            .map(|view| SearchViewRecord {
-                scene: view.scene.clone(),
-                view: view.view.clone(),
-                fragments: view.fragments,
-                sampled: view.sampled,
-                active: view.active,
-            })
-            .collect();
         let agreement = compare(sweep, functions);
         let samples = time(sweep, functions);
         let failed = records.iter().filter(|record| !record.error.is_empty()).count();
@@ -91,7 +64,7 @@ impl SearchExperiment {
             RecordedFile::csv("records.csv", &records)?,
             RecordedFile::csv("stages.csv", &stages(sweep, known))?,
             RecordedFile::csv("marks.csv", &marks(sweep))?,
-            RecordedFile::csv("views.csv", &views)?,
+            RecordedFile::csv("views.csv", &sweep.workload.views)?,
             RecordedFile::csv("agreement.csv", &agreement)?,
             RecordedFile::csv("samples.csv", &samples)?,
         ];
@@ -185,8 +158,8 @@ fn ranked(
                 let drawn = |block: usize| sweep.workload.blocks[block].fragments_drawn();
                 record.fragments = (0..judged).map(drawn).sum();
                 let interval = INTERVAL_DEVIATIONS * mean.variance.sqrt();
-                record.l1_error = rounded((control + mean.value).max(0.0));
-                record.interval = rounded(interval);
+                record.l1_error = rounded_to((control + mean.value).max(0.0), STEPS);
+                record.interval = rounded_to(interval, STEPS);
                 (mean.value, interval)
             }
             None => {
@@ -254,16 +227,16 @@ fn stages(sweep: &Sweep<'_>, known: &HashMap<Key, Finding>) -> Vec<StageRecord> 
 /// Closed forms, and the controls over the support.
 fn marks(sweep: &Sweep<'_>) -> Vec<MarkRecord> {
     let all: Vec<usize> = sweep.workload.views.iter().map(|view| view.fragments).collect();
-    let deviation = |mean: &Mean| rounded(mean.variance.sqrt());
+    let deviation = |mean: &Mean| rounded_to(mean.variance.sqrt(), STEPS);
     let mut marks = Vec::new();
     for mark in &sweep.workload.marks {
         let [exact, moved, difference] =
             [&mark.exact, &mark.moved, &mark.difference].map(|views| stratified(views, &all));
         marks.push(MarkRecord {
             technique: mark.name.clone(),
-            l1_error: Some(rounded(exact.value)),
+            l1_error: Some(rounded_to(exact.value, STEPS)),
             standard_error: Some(deviation(&exact)),
-            moved_l1_error: rounded(moved.value),
+            moved_l1_error: rounded_to(moved.value, STEPS),
             moved_standard_error: deviation(&moved),
             difference_standard_error: Some(deviation(&difference)),
         });
@@ -274,7 +247,7 @@ fn marks(sweep: &Sweep<'_>) -> Vec<MarkRecord> {
             technique: format!("power:{} over the support", subsets.order()),
             l1_error: None,
             standard_error: None,
-            moved_l1_error: rounded(control_error(sweep, order).value),
+            moved_l1_error: rounded_to(control_error(sweep, order).value, STEPS),
             moved_standard_error: deviation(&error),
             difference_standard_error: None,
         });

@@ -1,8 +1,8 @@
 //! The TOML keys of a candidate search.
 
-use super::run::Prediction;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{in_key, unique};
+use crate::experiment::Prediction;
+use crate::experiment::keys::{in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::kinds::filterable::FilterableTechnique;
@@ -25,15 +25,9 @@ const MAX_BLOCKS: usize = 12;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SearchExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Scenes, shadow maps and filter; its keys stand beside the others.
     #[serde(skip)]
     pub scenery: SceneSettings,
-    /// Seed of the sample of fragments.
-    pub seed: u64,
     /// Biases of the compared depth and, where the reference is `plane`, of F.
     pub bias: BiasSetting,
     /// What G is compared with.
@@ -100,10 +94,6 @@ impl Settings for SearchExperiment {
     const ON_SCENES: bool = true;
     const IS_RESUMABLE: bool = true;
 
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
     fn check(&self) -> Result<(), EvaluationError> {
         let within = |key: &str, value: usize, range: std::ops::RangeInclusive<usize>| {
             if range.contains(&value) {
@@ -124,9 +114,7 @@ impl Settings for SearchExperiment {
         }
         check_bias(&self.bias, "bias")?;
         let family = self.functions()?;
-        if self.orders.is_empty() {
-            return Err(EvaluationError::key("orders", "orders is empty"));
-        }
+        not_empty([("orders", self.orders.is_empty())])?;
         for (i, &order) in self.orders.iter().enumerate() {
             let key = format!("orders[{i}]");
             let fail = |reason: String| Err(EvaluationError::key(&key, format!("orders: {reason}")));
@@ -161,12 +149,8 @@ impl Settings for SearchExperiment {
         Ok(())
     }
 
-    fn scenery(&self) -> Option<&SceneSettings> {
-        Some(&self.scenery)
-    }
-
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        Some(&mut self.scenery)
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {

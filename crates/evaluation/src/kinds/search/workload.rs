@@ -2,7 +2,7 @@
 
 use super::settings::{SearchExperiment, SearchReference};
 use crate::error::EvaluationError;
-use crate::fragments::{Lit, LoadedScene, chosen};
+use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};
 use crate::statistics::Running;
 use applications::{Application, HardShadow};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
@@ -29,20 +29,8 @@ pub(crate) struct Workload {
     /// Indices of the trigonometric moments, if the family has them.
     pub(crate) trigonometric: Option<Vec<usize>>,
     pub(crate) blocks: Vec<Block>,
-    pub(crate) views: Vec<WorkloadView>,
+    pub(crate) views: Vec<ViewRecord>,
     pub(crate) marks: Vec<MarkErrors>,
-}
-
-/// A light view as it was sampled.
-pub(crate) struct WorkloadView {
-    pub(crate) scene: String,
-    pub(crate) view: String,
-    /// Fragments of the view.
-    pub(crate) fragments: usize,
-    /// Fragments drawn, over all blocks.
-    pub(crate) sampled: usize,
-    /// Of these, fragments with F_Z > 0.
-    pub(crate) active: usize,
 }
 
 /// A part of the sample, itself spread over all views.
@@ -198,7 +186,7 @@ struct Builder<'a> {
     techniques: Vec<Technique>,
     known: Vec<Known>,
     blocks: Vec<Block>,
-    views: Vec<WorkloadView>,
+    views: Vec<ViewRecord>,
     marks: Vec<MarkErrors>,
 }
 
@@ -212,7 +200,7 @@ impl Builder<'_> {
         let number = self.views.len();
         let view = u16::try_from(number).map_err(|_| fail("more than 65536 views".to_owned()))?;
         let wanted = self.experiment.sampled();
-        let chosen = chosen(receivers.len(), wanted, self.experiment.seed, number);
+        let chosen = chosen(receivers.len(), wanted, self.experiment.scenery.seed, number);
         for block in &mut self.blocks {
             block.sampled.push(0);
             block.idle.push(0.0);
@@ -239,12 +227,13 @@ impl Builder<'_> {
                 self.insert(chunk * CHUNK + i, view, sampled);
             }
         }
-        self.views.push(WorkloadView {
+        self.views.push(ViewRecord {
             scene: scene.label.to_owned(),
             view: light.name.clone(),
             fragments: receivers.len(),
             sampled: chosen.len(),
-            active,
+            active: Some(active),
+            ..ViewRecord::default()
         });
         Ok(())
     }

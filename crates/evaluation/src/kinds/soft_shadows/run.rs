@@ -52,7 +52,7 @@ impl SoftShadowsExperiment {
         let value = |error: String| EvaluationError::Value(error);
         let loaded = LoadedScene::load_all(&self.scenery.scenes, &self.scenery.views)?;
         let kernel = self.scenery.filter()?;
-        let noise = BlueNoise::new(self.seed);
+        let noise = BlueNoise::new(self.scenery.seed);
         let scenes = loaded.iter().enumerate().map(|(index, scene)| SoftScene::new(self, index, scene));
         let scenes: Vec<SoftScene<'_>> = scenes.collect::<Result<_, _>>()?;
         let mut views = Vec::new();

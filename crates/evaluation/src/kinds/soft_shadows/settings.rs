@@ -3,7 +3,7 @@
 use super::method::MethodSetting;
 use super::sweep::Sweep;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, unique};
+use crate::experiment::keys::{file_name, in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{MAX_SIZE, SceneSettings};
 use crate::pictures::check_output;
@@ -18,15 +18,10 @@ use shadow_filtering::DepthBias;
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SoftShadowsExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
-    /// Scenes and shadow maps; its keys stand beside the others. The kernel is what receivers keep from the map's border.
+    /// Scenes and shadow maps; its keys stand beside the others. The kernel is what receivers keep from the map's
+    /// border; the seed is that of rays and noise, too.
     #[serde(skip)]
     pub scenery: SceneSettings,
-    /// Seed of samples, rays and noise.
-    pub seed: u64,
     /// Width and height in pixels of what the camera sees.
     pub camera: [u32; 2],
     /// Pixels a view of those that show a surface which faces the light, spread evenly; 0 for all.
@@ -151,21 +146,13 @@ impl Settings for SoftShadowsExperiment {
     const KIND: &'static str = "soft-shadows";
     const ON_SCENES: bool = true;
 
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;
-        for (key, is_empty) in [
+        not_empty([
             ("bias", self.bias.is_empty()),
             ("light", self.light.is_empty()),
             ("technique", self.technique.is_empty()),
-        ] {
-            if is_empty {
-                return fail(key, format!("{key} is empty"));
-            }
-        }
+        ])?;
         let [width, height] = self.camera;
         check_output(self.camera, &[]).or_else(|_| {
             fail("camera", format!("camera = {width}x{height} is not between 1 and {MAX_SIZE}"))
@@ -213,12 +200,8 @@ impl Settings for SoftShadowsExperiment {
         Ok(())
     }
 
-    fn scenery(&self) -> Option<&SceneSettings> {
-        Some(&self.scenery)
-    }
-
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        Some(&mut self.scenery)
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
     }
 
     fn scenes_replaced(&mut self) {
@@ -244,7 +227,7 @@ impl SoftShadowsExperiment {
     /// The nets of all shadow rays.
     pub(super) fn nets(&self) -> Result<AreaTruth, applications::soft_shadow::TruthError> {
         let TruthSetting { standard_error, most_rays } = self.truth;
-        AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.seed })
+        AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed })
     }
 
     /// Where techniques of these names stand; all of them without names.

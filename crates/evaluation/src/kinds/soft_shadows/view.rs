@@ -114,7 +114,7 @@ impl<'a> SoftView<'a> {
         let points = [0, 1].map(|population| {
             let stream = number as u64 * STREAMS + population as u64 * (STREAMS / 2);
             let streams = 2 * number + population;
-            let indices = chosen(all[population], wanted[population], experiment.seed, streams);
+            let indices = chosen(all[population], wanted[population], experiment.scenery.seed, streams);
             let point = |&index: &usize| {
                 let (receiver, position, at) = if population == 0 {
                     let receiver = receivers[index];

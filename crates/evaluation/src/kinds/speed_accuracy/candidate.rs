@@ -1,6 +1,5 @@
 //! A technique with its storage and its moment biases, ready for any map.
 
-use super::settings::CandidateSetting;
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
 use quantization::Search;
@@ -24,15 +23,19 @@ const KERNELS: u64 = 256;
 const KERNEL_STREAM: u64 = 1 << 32;
 
 impl Candidate {
-    /// `place` is the key of the setting in its file.
-    pub(crate) fn new(setting: &CandidateSetting, seed: u64, place: &str) -> Result<Self, EvaluationError> {
+    /// `place` is the key of the technique in its file.
+    pub(crate) fn new(
+        (name, method): (&str, &TechniqueSpec),
+        seed: u64,
+        place: &str,
+    ) -> Result<Self, EvaluationError> {
         let fail = |error: FilteringError| match in_key(&format!("{place}.method"))(error) {
             EvaluationError::Key { key, reason } => {
-                EvaluationError::Key { key, reason: format!("technique `{}`: {reason}", setting.name) }
+                EvaluationError::Key { key, reason: format!("technique `{name}`: {reason}") }
             }
             other => other,
         };
-        let (method, search) = (&setting.method, Search { seed, ..Search::default() });
+        let search = Search { seed, ..Search::default() };
         method.check_storage(&["alphas", "transform", "format"]).map_err(fail)?;
         let build = |spec: TechniqueSpec| -> Result<(Option<f64>, Technique), FilteringError> {
             let technique = spec.build_with(&search)?;
@@ -42,7 +45,7 @@ impl Candidate {
         let biased: Result<Vec<_>, _> = method.sweep().into_iter().map(build).collect();
         let biased = biased.map_err(fail)?;
         let operations = biased[0].1.real_time().map_or(0.0, |first| operations(first, &biased[0].1));
-        Ok(Self { name: setting.name.clone(), format: setting.format(), biased, operations })
+        Ok(Self { name: name.to_owned(), format: method.format().name(), biased, operations })
     }
 
     /// What the map is stored and filtered by, with the first moment bias.

@@ -51,7 +51,7 @@ fn rank(moments: &[f64; 9], tolerance: f64) -> usize {
 /// What the kernels of fragments need, evenly spread over a view; one row.
 pub(crate) fn needed(plan: &SpeedPlan<'_>, view: &SceneView, number: usize) -> OrderRecord {
     let settings = &plan.experiment.orders;
-    let fragments = view.sample(settings.fragments, plan.experiment.seed, number);
+    let fragments = view.sample(settings.fragments, plan.experiment.scenery.seed, number);
     let one = |&fragment: &u32| {
         let receiver = &view.receivers[fragment as usize];
         let moments = moments(&view.map, &plan.kernel, (receiver.x, receiver.y));

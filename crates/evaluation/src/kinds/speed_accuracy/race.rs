@@ -84,7 +84,7 @@ impl<'a> Race<'a> {
             (0..of.receivers.len()).map(move |fragment| (view as u32, fragment as u32))
         });
         let mut shuffled: Vec<(u32, u32)> = fragments.collect();
-        let random = &mut Random::substream(plan.experiment.seed, SHUFFLE_STREAM, 0);
+        let random = &mut Random::substream(plan.experiment.scenery.seed, SHUFFLE_STREAM, 0);
         for i in (1..shuffled.len()).rev() {
             let other = (random.unit() * (i + 1) as f64) as usize;
             shuffled.swap(i, other.min(i));

@@ -140,18 +140,3 @@ pub struct OrderShare {
     /// Share of these.
     pub share: f64,
 }
-
-/// One row of views.csv.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct SpeedViewRecord {
-    /// Scene.
-    pub scene: String,
-    /// View.
-    pub view: String,
-    /// Fragments: light-facing entries whose kernel lies inside the map.
-    pub fragments: usize,
-    /// Fragments evaluated.
-    pub sampled: usize,
-    /// Most layers behind one texel.
-    pub layers: u32,
-}

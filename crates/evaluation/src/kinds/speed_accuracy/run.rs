@@ -2,12 +2,13 @@
 
 use super::cost::FrameCost;
 use super::orders::{self, LARGEST_RANK, ORDERS};
-use super::records::{OrderRecord, OrderShare, SpeedAccuracyRecord, SpeedViewRecord};
+use super::records::{OrderRecord, OrderShare, SpeedAccuracyRecord};
 use super::scenery::{FreeParameters, SceneView, SpeedPlan};
 use super::settings::{Blend, SpeedAccuracyExperiment};
 use super::timing;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
+use crate::fragments::ViewRecord;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::statistics::Sums;
@@ -94,7 +95,7 @@ impl SpeedAccuracyExperiment {
         let samples: Vec<Vec<u32>> = views
             .iter()
             .enumerate()
-            .map(|(number, view)| view.sample(self.scenery.fragments, self.seed, number))
+            .map(|(number, view)| view.sample(self.scenery.fragments, self.scenery.seed, number))
             .collect();
         let truths: Vec<Vec<f32>> =
             views.iter().zip(&samples).map(|(view, sample)| plan.reference(view, sample)).collect();
@@ -163,12 +164,13 @@ impl SpeedAccuracyExperiment {
         let records = self.records(&measured, &views, plan.unit_cost());
         let needs: Vec<OrderRecord> =
             views.iter().enumerate().map(|(number, view)| orders::needed(&plan, view, number)).collect();
-        let view_records = views.iter().zip(&samples).map(|(view, sample)| SpeedViewRecord {
+        let view_records = views.iter().zip(&samples).map(|(view, sample)| ViewRecord {
             scene: view.scene.clone(),
             view: view.view.clone(),
             fragments: view.receivers.len(),
             sampled: sample.len(),
-            layers: view.layers,
+            layers: Some(view.layers),
+            ..ViewRecord::default()
         });
         let timings = timing::time(&plan, &views[0], &samples[0])?;
         let pictures = plan.pictures()?;

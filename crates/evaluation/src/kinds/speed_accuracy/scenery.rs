@@ -49,7 +49,10 @@ impl<'a> SpeedPlan<'a> {
         Ok(Self {
             experiment,
             candidates: candidates
-                .map(|(i, setting)| Candidate::new(setting, experiment.seed, &format!("technique[{i}]")))
+                .map(|(i, setting)| {
+                    let named = (setting.name.as_str(), &setting.method);
+                    Candidate::new(named, experiment.scenery.seed, &format!("technique[{i}]"))
+                })
                 .collect::<Result<_, _>>()?,
             kernels: divided.collect::<Result<_, _>>()?,
             kernel: experiment.scenery.filter()?,
@@ -73,9 +76,11 @@ impl<'a> SpeedPlan<'a> {
                     );
                     return Err(EvaluationError::Key { key: "size".to_owned(), reason });
                 }
-                let maps = experiment.divisors.iter().map(|&divisor| match divisor {
-                    1 => Ok(Some(lit.map.clone())),
-                    _ => scene.divided_map(light, experiment.scenery.size, divisor),
+                let maps = experiment.divisors.iter().map(|&divisor| {
+                    if divisor == 1 {
+                        return Ok(Some(lit.map.clone()));
+                    }
+                    scene.divided_map(light, experiment.scenery.size, divisor)
                 });
                 views.push(SceneView {
                     scene: scene.label.to_owned(),
@@ -162,13 +167,14 @@ impl<'a> SpeedPlan<'a> {
                 let mut last: Option<(&FreeParameters, [f32; 2])> = None;
                 for (sums, variant) in sums.iter_mut().zip(variants) {
                     // The bounds of the variant before serve for all its blends.
-                    let pair = match last {
-                        Some((before, pair)) if before.shares_bounds(variant) => pair,
-                        _ => {
+                    let shared = last.filter(|(before, _)| before.shares_bounds(variant));
+                    let pair = shared.map_or_else(
+                        || {
                             let z = variant.bias.compared(&own, view.texel_depth * scale, limit);
                             candidate.bounds(&moments, variant.index, z as f32)
-                        }
-                    };
+                        },
+                        |(_, pair)| pair,
+                    );
                     last = Some((variant, pair));
                     sums.push(variant.blend.apply(pair) - truth);
                 }

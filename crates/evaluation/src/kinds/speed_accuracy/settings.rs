@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, words};
+use crate::experiment::keys::{file_name, in_key, not_empty, words};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::SceneSettings;
 use crate::pictures::check_output;
@@ -15,15 +15,9 @@ use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SpeedAccuracyExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Scenes, shadow maps and filter; its keys stand beside the others.
     #[serde(skip)]
     pub scenery: SceneSettings,
-    /// Seed of the sample of fragments.
-    pub seed: u64,
     /// Techniques use maps of this size divided by these, with kernels of the same extent in the scene.
     pub divisors: Vec<u32>,
     /// Bias of the reference, on top of the receiver plane.
@@ -217,24 +211,16 @@ impl Settings for SpeedAccuracyExperiment {
     const KIND: &'static str = "speed-accuracy";
     const ON_SCENES: bool = true;
 
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
     fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
         self.scenery.check(true)?;
-        for (key, is_empty) in [
+        not_empty([
             ("divisors", self.divisors.is_empty()),
             ("biases", self.biases.is_empty()),
             ("blends", self.blends.is_empty()),
             ("technique", self.technique.is_empty()),
             ("orders.gap_tolerances", self.orders.gap_tolerances.is_empty()),
-        ] {
-            if is_empty {
-                return fail(key, format!("{key} is empty"));
-            }
-        }
+        ])?;
         let kernel = self.scenery.filter()?;
         for (i, &divisor) in self.divisors.iter().enumerate() {
             let key = format!("divisors[{i}]");
@@ -281,7 +267,7 @@ impl Settings for SpeedAccuracyExperiment {
                 let reason = format!("technique `{}` in {} appears twice", setting.name, setting.format());
                 return fail(&format!("technique[{i}]"), reason);
             }
-            Candidate::new(setting, self.seed, &format!("technique[{i}]"))?;
+            Candidate::new((&setting.name, &setting.method), self.scenery.seed, &format!("technique[{i}]"))?;
         }
         self.check_frames()?;
         for (i, picture) in self.picture.iter().enumerate() {
@@ -298,12 +284,8 @@ impl Settings for SpeedAccuracyExperiment {
         Ok(())
     }
 
-    fn scenery(&self) -> Option<&SceneSettings> {
-        Some(&self.scenery)
-    }
-
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        Some(&mut self.scenery)
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
     }
 
     fn scenes_replaced(&mut self) {

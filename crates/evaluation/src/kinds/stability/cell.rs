@@ -1,7 +1,7 @@
 //! All inputs of a cell on all methods.
 
 use super::exact;
-use super::family::{Input, Moments};
+use super::input::{Input, Moments};
 use super::method::{Answer, Prepared, Start};
 use super::tally::{BOUND_TOLERANCE, LogHistogram, Tally};
 use moment_problem::MomentBound;
@@ -147,10 +147,8 @@ impl Outcome {
                 let exact_biased = match known.iter().find(|(known, _)| *known == alpha) {
                     Some(&(_, exact)) => exact,
                     None => {
-                        let value = match (alpha == 0.0, exact) {
-                            (true, Some(exact)) => exact,
-                            _ => method.exact_biased(b, z_f, alpha),
-                        };
+                        let unbiased = exact.filter(|_| alpha == 0.0);
+                        let value = unbiased.unwrap_or_else(|| method.exact_biased(b, z_f, alpha));
                         known.push((alpha, value));
                         value
                     }

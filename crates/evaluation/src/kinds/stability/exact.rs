@@ -7,7 +7,7 @@
 //! the orthonormal polynomials there. This shares no step with the closed forms. On \[0, 1\] the case with both ends takes
 //! expectations over the depths; trigonometric bounds are the closed form, where 32 digits of the moments suffice.
 
-use super::family::{Input, Moments};
+use super::input::{Input, Moments};
 use moment_problem::MomentBound;
 use moment_problem::arithmetic::{DoubleDouble, Real};
 

@@ -1,6 +1,6 @@
 //! One way to compute a bound, applied to the moments of an input.
 
-use super::family::{Input, Moments};
+use super::input::{Input, Moments};
 use super::settings::{Arithmetic, Route, StabilityMethod};
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;

@@ -2,8 +2,10 @@
 //! storage, and from which moment bias on they no longer do.
 
 mod cell;
+mod check;
 mod exact;
 mod family;
+mod input;
 mod method;
 mod records;
 mod run;
@@ -11,9 +13,7 @@ mod scenes;
 mod settings;
 mod tally;
 
-pub use records::{
-    CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, StabilityViewRecord,
-};
+pub use records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample};
 pub use settings::{
     Arithmetic, Route, Shape, Span, StabilityExperiment, StabilityFamily, StabilityMethod, StabilityTiming,
 };

@@ -63,7 +63,7 @@ pub struct CellRecord {
 
 /// One row of worst.csv: the worst input of a method on a family for one failure, at the recommended bias.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct WorstRecord {
+pub(super) struct WorstRecord {
     /// Method.
     pub method: String,
     /// Family.
@@ -119,19 +119,6 @@ pub struct PivotRecord {
     pub below_1e9: f64,
     /// Median of the smallest pivot, to 12 %.
     pub median: f64,
-}
-
-/// One row of views.csv.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct StabilityViewRecord {
-    /// Scene.
-    pub scene: String,
-    /// Light view.
-    pub view: String,
-    /// Fragments of the view.
-    pub fragments: usize,
-    /// Fragments evaluated.
-    pub sampled: usize,
 }
 
 /// One row of samples.csv: all timed inputs in a row, on one thread.

@@ -1,7 +1,8 @@
 //! From an experiment to its tables.
 
 use super::cell::{Failure, Outcome, PIVOT_ORDERS, StabilityPlan, Worst};
-use super::family::{Draw, Input, Moments};
+use super::family::Draw;
+use super::input::{Input, Moments};
 use super::method::{Prepared, Start};
 use super::records::{CellRecord, CheckRecord, PivotRecord, StabilityRecord, StabilitySample, WorstRecord};
 use super::scenes;
@@ -96,7 +97,7 @@ impl StabilityExperiment {
             }
             return outcome;
         }
-        let mut draw = Draw(Random::substream(self.seed, family as u64, cell as u64));
+        let mut draw = Draw(Random::substream(self.scenery.seed, family as u64, cell as u64));
         let next = |draw: &mut Draw| {
             let place = |index: usize, fraction: f64| (index as f64 + fraction) / self.cells as f64;
             let x = settings.x.at(place(cell % self.cells, draw.0.unit()));
@@ -117,7 +118,7 @@ impl StabilityExperiment {
         let Some(family) = self.family.iter().find(|family| family.shape != Shape::Scenes) else {
             return Ok(Vec::new());
         };
-        let mut draw = Draw(Random::substream(self.seed, u64::MAX, 0));
+        let mut draw = Draw(Random::substream(self.scenery.seed, u64::MAX, 0));
         let inputs: Vec<(Input, Moments<DoubleDouble>)> = (0..self.timing.inputs)
             .map(|_| {
                 let (x, y) = (family.x.at(draw.0.unit()), family.y.at(draw.0.unit()));

@@ -1,17 +1,16 @@
 //! Inputs as scenes produce them: kernels of shadow maps and the depths of fragments.
 
-use super::family::Input;
-use super::records::StabilityViewRecord;
+use super::input::Input;
 use super::settings::{Shape, StabilityExperiment};
 use crate::error::EvaluationError;
-use crate::fragments::{Lit, LoadedScene, chosen};
+use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};
 use rayon::prelude::*;
 use shadow_filtering::Receiver;
 
 /// All sampled fragments of all views, with the views.
 pub(crate) fn inputs(
     experiment: &StabilityExperiment,
-) -> Result<(Vec<Input>, Vec<StabilityViewRecord>), EvaluationError> {
+) -> Result<(Vec<Input>, Vec<ViewRecord>), EvaluationError> {
     let (mut inputs, mut views) = (Vec::new(), Vec::new());
     if !experiment.family.iter().any(|family| family.shape == Shape::Scenes) {
         return Ok((inputs, views));
@@ -21,13 +20,15 @@ pub(crate) fn inputs(
         for light in &scene.lights {
             let Lit { map, receivers, texel_depth, .. } =
                 scene.lit(light, experiment.scenery.size, &kernel)?;
-            let indices = chosen(receivers.len(), experiment.scenery.fragments, experiment.seed, views.len());
+            let indices =
+                chosen(receivers.len(), experiment.scenery.fragments, experiment.scenery.seed, views.len());
             let (bias, limit) = (experiment.bias, experiment.scenery.plane_limit);
-            views.push(StabilityViewRecord {
+            views.push(ViewRecord {
                 scene: scene.label.to_owned(),
                 view: light.name.clone(),
                 fragments: receivers.len(),
                 sampled: indices.len(),
+                ..ViewRecord::default()
             });
             inputs.par_extend(indices.into_par_iter().map(|index| {
                 let receiver: &Receiver = &receivers[index];

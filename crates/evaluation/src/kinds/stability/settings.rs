@@ -1,13 +1,8 @@
 //! The TOML keys of the kind `stability`.
 
-use super::method::Prepared;
-use crate::error::EvaluationError;
-use crate::experiment::keys::{in_key, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::Alphas;
 use crate::fragments::SceneSettings;
-use crate::kinds::quantization::Alphas;
-use crate::role::{Role, check_roles};
-use crate::run::Recorded;
+use crate::role::Role;
 use moment_problem::MomentBound;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, TechniqueSpec};
@@ -16,15 +11,9 @@ use shadow_filtering::{DepthBias, TechniqueSpec};
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct StabilityExperiment {
-    /// What is asked.
-    pub question: String,
-    /// What is expected, written before the first run.
-    pub expectation: String,
     /// Scenes, shadow maps and filter; its keys stand beside the others.
     #[serde(skip)]
     pub scenery: SceneSettings,
-    /// Seed of all inputs.
-    pub seed: u64,
     /// Cells along each knob of a family.
     pub cells: usize,
     /// Inputs a cell on which every method is compared with the exact bound, at every moment bias.
@@ -155,69 +144,9 @@ impl StabilityMethod {
     }
 }
 
-/// Most cells along a knob.
-const MAX_CELLS: usize = 64;
-
 impl Role for StabilityMethod {
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
-    }
-}
-
-impl Settings for StabilityExperiment {
-    const KIND: &'static str = "stability";
-    const ON_SCENES: bool = true;
-
-    fn seed(&self) -> u64 {
-        self.seed
-    }
-
-    fn check(&self) -> Result<(), EvaluationError> {
-        let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });
-        if !(1..=MAX_CELLS).contains(&self.cells) {
-            return fail("cells", format!("cells = {} is not between 1 and {MAX_CELLS}", self.cells));
-        }
-        self.scenery.check(self.family.iter().any(|family| family.shape == Shape::Scenes))?;
-        for (key, value, least) in [
-            ("draws", self.draws, 1),
-            ("family", self.family.len(), 1),
-            ("technique", self.technique.len(), 1),
-            ("timing.inputs", self.timing.inputs, 1),
-            ("timing.repetitions", self.timing.repetitions, 1),
-        ] {
-            if value < least {
-                return fail(key, format!("{key}: {value} is less than {least}"));
-            }
-        }
-        self.alphas.check()?;
-        self.bias.check().map_err(in_key("bias"))?;
-        unique(("family", "name", "family"), self.family.iter().map(|family| family.name.as_str()))?;
-        for (i, family) in self.family.iter().enumerate() {
-            for (knob, Span { from, to }) in [("x", family.x), ("y", family.y)] {
-                if !(from > 0.0 && from < to && to <= 1.0) {
-                    let key = format!("family[{i}].{knob}");
-                    return fail(&key, format!("{key}: from = {from}, to = {to} are no part of (0, 1]"));
-                }
-            }
-        }
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|one| one.name.as_str()))?;
-        for (i, method) in self.technique.iter().enumerate() {
-            Prepared::new(method, &format!("technique[{i}]"))?;
-        }
-        Ok(())
-    }
-
-    fn scenery(&self) -> Option<&SceneSettings> {
-        Some(&self.scenery)
-    }
-
-    fn scenery_mut(&mut self) -> Option<&mut SceneSettings> {
-        Some(&mut self.scenery)
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 

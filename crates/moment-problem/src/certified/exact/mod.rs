@@ -16,8 +16,7 @@
 mod equation;
 mod solution;
 
-use super::bounds::{Bounds, Interval};
-use super::semi_infinite::CERTIFIED_GAP;
+use super::bounds::{Bounds, CERTIFIED_GAP, Interval};
 use crate::arithmetic::{DoubleDouble, Dyadic};
 use crate::basis::Basis;
 use crate::distribution::DepthDistribution;

@@ -14,14 +14,11 @@ use super::exact::{ExactPowers, exact_of};
 use crate::arithmetic::DoubleDouble;
 use crate::basis::Basis;
 use crate::certified::bounds::{
-    Bounds, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths, check_input,
-    sorted_support,
+    Bounds, CERTIFIED_GAP, Certificate, Interval, LowerBound, UNIT_WEIGHT_TOLERANCE, check_depths,
+    check_input, sorted_support,
 };
 use crate::distribution::DepthDistribution;
 use crate::error::{BasisError, MomentError};
-
-/// Answers whose attained and proved values differ by more than this are errors. Measured gaps are 1e-11.
-pub(crate) const CERTIFIED_GAP: f64 = 1e-8;
 
 /// Power moments up to which the simplex in double-double is at its ease.
 const MOST_POWERS: usize = 8;
@@ -84,14 +81,6 @@ impl LowerBound for ExchangeSimplex {
         self.prepared.basis()
     }
 
-    fn interval(&self) -> Interval {
-        Interval::Unit
-    }
-
-    fn bounds_precise(&self, moments: &[DoubleDouble], z_f: f64) -> Result<Bounds, MomentError> {
-        self.bounds_near(moments, z_f, &[])
-    }
-
     fn bounds_near(&self, moments: &[DoubleDouble], z_f: f64, depths: &[f64]) -> Result<Bounds, MomentError> {
         check_input(self.basis(), Interval::Unit, moments, z_f)?;
         if depths.is_empty() && self.basis().power_order().is_some_and(|order| order > MOST_POWERS) {
@@ -101,8 +90,7 @@ impl LowerBound for ExchangeSimplex {
                 result => return result,
             }
         }
-        let origin = if depths.is_empty() { Origin::Numbers } else { Origin::Distribution };
-        solve_prepared(&self.prepared, (moments, origin), z_f, depths)
+        solve_prepared(&self.prepared, (moments, Origin::of(depths)), z_f, depths)
     }
 
     fn bounds_of(&self, z: &DepthDistribution, z_f: f64) -> Result<Bounds, MomentError> {
@@ -115,11 +103,6 @@ impl LowerBound for ExchangeSimplex {
             return result;
         }
         let result = self.bounds_near(&z.moments(self.basis()), z_f, z.depths());
-        result.or_else(|error| match error {
-            MomentError::Uncertified { .. } | MomentError::Infeasible { .. } | MomentError::Solver { .. } => {
-                exact().unwrap_or(Err(error))
-            }
-            error => Err(error),
-        })
+        result.or_else(|error| if error.is_unresolved() { exact().unwrap_or(Err(error)) } else { Err(error) })
     }
 }

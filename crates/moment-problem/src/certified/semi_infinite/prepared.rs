@@ -47,7 +47,7 @@ pub(super) const HALF_CELL: f64 = 0.5 / CELLS as f64;
 
 impl PreparedBasis {
     /// Prepares any basis; fails where a function is not finite on \[0, 1\].
-    pub fn new(basis: &Basis) -> Result<Self, BasisError> {
+    pub(crate) fn new(basis: &Basis) -> Result<Self, BasisError> {
         let size = basis.len() + 1;
         let one = DoubleDouble::one();
         let grid: Vec<f64> = (0..=CELLS).map(|i| i as f64 / CELLS as f64).collect();
@@ -112,7 +112,7 @@ impl PreparedBasis {
     }
 
     /// The basis.
-    pub fn basis(&self) -> &Basis {
+    pub(crate) fn basis(&self) -> &Basis {
         &self.basis
     }
 

@@ -1,11 +1,11 @@
 //! Primal simplex method in double-double over finitely many depths, with columns added where the dual function
 //! exceeds the step: a linear program over the whole interval, not over a grid.
 
-use super::CERTIFIED_GAP;
 use super::certificate::{SEARCH_TOLERANCE, Step};
 use super::finite::{ARTIFICIAL_COSTS, ARTIFICIAL_RESIDUAL, Column, FiniteProgram, Turned};
 use super::prepared::{FEASIBILITY_TOLERANCE, PreparedBasis};
 use crate::arithmetic::{DoubleDouble, Real};
+use crate::certified::bounds::CERTIFIED_GAP;
 use crate::dense::dot;
 use crate::error::MomentError;
 
@@ -43,6 +43,13 @@ pub(crate) struct Solution {
 pub(crate) enum Origin {
     Distribution,
     Numbers,
+}
+
+impl Origin {
+    /// Of moments for which these depths of their distribution are known.
+    pub(crate) fn of(depths: &[f64]) -> Self {
+        if depths.is_empty() { Self::Numbers } else { Self::Distribution }
+    }
 }
 
 /// Minimises E\[p\] over distributions on \[0, 1\] with the moments `right_hand_side` (orthonormal coordinates).

@@ -1,8 +1,8 @@
 //! What the records of a `bounds` experiment say, in numbers.
 
-use crate::error::ReportError;
+use crate::kinds::rows::tables;
 use crate::page::Text;
-use evaluation::{BoundsExperiment, BoundsFigure, BoundsRecord, BoundsSample, BoundsTechnique, RunDirectory};
+use evaluation::{BoundsExperiment, BoundsFigure, BoundsRecord, BoundsSample, BoundsTechnique};
 
 /// One technique on one kernel.
 pub(crate) struct Row {
@@ -22,17 +22,12 @@ pub(crate) struct Row {
     pub(crate) median_time_ns: Option<f64>,
 }
 
-/// The recorded tables of a run.
-pub(crate) struct BoundsTables {
-    pub(crate) records: Vec<BoundsRecord>,
-    pub(crate) samples: Vec<BoundsSample>,
+tables! {
+    /// The recorded tables of a run.
+    BoundsTables { records: BoundsRecord, samples: BoundsSample, }
 }
 
 impl BoundsTables {
-    pub(crate) fn read(run: &RunDirectory) -> Result<Self, ReportError> {
-        Ok(Self { records: run.rows("records.csv")?, samples: run.rows("samples.csv")? })
-    }
-
     /// The records of one technique on one kernel, in the order of the file.
     pub(crate) fn of<'a>(
         &'a self,

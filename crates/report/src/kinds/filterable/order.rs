@@ -20,7 +20,7 @@ fn group(experiment: &FilterableExperiment, technique: &FilterableTechnique) -> 
             "vsm" | "esm" => Some(3),
             _ => None,
         },
-        _ => None,
+        (None, None) => None,
     }
 }
 

@@ -1,22 +1,24 @@
 //! What the records of a `filterable` experiment say, in numbers.
 
-use crate::error::ReportError;
-use crate::kinds::rows::rows_if_there;
+use crate::kinds::rows::tables;
 use crate::page::{Text, percent};
 use evaluation::{
     AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample, PictureRecord,
-    RunDirectory, ViewRecord, with_role,
+    ViewRecord, with_role,
 };
 
-/// The recorded tables of a run, with its experiment.
-pub(crate) struct FilterableTables<'a> {
-    pub(crate) experiment: &'a FilterableExperiment,
-    pub(crate) records: Vec<FilterableRecord>,
-    pub(crate) views: Vec<ViewRecord>,
-    pub(crate) samples: Vec<FilterableSample>,
-    pub(crate) agreement: Vec<AgreementRecord>,
-    pub(crate) kernels: Vec<PictureRecord>,
-    pub(crate) curves: Vec<CurveRecord>,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    FilterableTables<'a> of FilterableExperiment {
+        records: FilterableRecord,
+        views: ViewRecord,
+        samples: FilterableSample,
+    }
+    some_runs {
+        agreement: AgreementRecord,
+        kernels: PictureRecord,
+        curves: CurveRecord,
+    }
 }
 
 /// Agreement of one technique with the linear program over all views.
@@ -28,22 +30,6 @@ pub(crate) struct Agreement {
 }
 
 impl<'a> FilterableTables<'a> {
-    pub(crate) fn read(
-        run: &RunDirectory,
-        experiment: &'a FilterableExperiment,
-    ) -> Result<Self, ReportError> {
-        let pictures = !experiment.picture.is_empty();
-        Ok(Self {
-            experiment,
-            records: run.rows("records.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-            agreement: rows_if_there(run, "agreement.csv")?,
-            kernels: if pictures { run.rows("kernels.csv")? } else { Vec::new() },
-            curves: if pictures { run.rows("curves.csv")? } else { Vec::new() },
-        })
-    }
-
     /// The row of a group.
     pub(crate) fn row(
         &self,

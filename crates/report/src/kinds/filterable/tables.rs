@@ -2,7 +2,7 @@
 
 use super::order;
 use super::summary::FilterableTables;
-use crate::kinds::rows::distinct;
+use crate::kinds::rows::{distinct, views};
 use crate::page::{Block, Table, Text, in_percent, row};
 use evaluation::{DepthBias, FilterableRecord};
 
@@ -15,7 +15,7 @@ pub(crate) fn blocks(tables: &FilterableTables<'_>) -> Vec<Block> {
         by_bias(tables),
         agreement(tables),
         cost(tables),
-        views(tables),
+        views(2, &tables.views),
     ]
     .concat()
 }
@@ -143,18 +143,4 @@ fn cost(tables: &FilterableTables<'_>) -> Vec<Block> {
         .right("shade, ns a fragment", |r| time(&r.technique, "shade"));
     let note = Text::from("f64, the least of the recorded repetitions on the first view.");
     Block::section(2, "Time on one core", table, Some(note))
-}
-
-fn views(tables: &FilterableTables<'_>) -> Vec<Block> {
-    let table = Table::of(&tables.views)
-        .left("view", |v| format!("{} {}", v.scene, v.view))
-        .right("stack entries", |v| v.stack_entries)
-        .right("layers", |v| v.layers)
-        .right("fragments", |v| v.fragments)
-        .right("evaluated", |v| v.sampled)
-        .right("texel depth", |v| format!("{:.5}", v.texel_depth))
-        .right("median slope", |v| format!("{:.5}", v.median_slope))
-        .right("mean F, %", |v| in_percent(v.mean_reference, 1))
-        .right("clamped", |v| v.clamped_depths);
-    Block::section(2, "Views", table, None)
 }

@@ -1,42 +1,31 @@
 //! What the records of a quantisation experiment say, in numbers.
 
-use crate::error::ReportError;
+use crate::kinds::rows::tables;
 use crate::page::{Text, in_percent};
 use evaluation::{
     BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, HullRecord, QuantizationRecord,
-    QuantizationViewRecord, RunDirectory,
+    ViewRecord,
 };
 use moment_problem::Basis;
 
-/// The recorded tables of a run.
-pub(crate) struct QuantizationTables {
-    pub(crate) records: Vec<QuantizationRecord>,
-    pub(crate) gains: Vec<GainRecord>,
-    pub(crate) biases: Vec<BiasRecord>,
-    pub(crate) comparisons: Vec<ComparisonRecord>,
-    pub(crate) hull: Vec<HullRecord>,
-    pub(crate) codes: Vec<CodeRecord>,
-    pub(crate) views: Vec<QuantizationViewRecord>,
-    pub(crate) samples: Vec<GainSample>,
+tables! {
+    /// The recorded tables of a run.
+    QuantizationTables {
+        records: QuantizationRecord,
+        gains: GainRecord,
+        biases: BiasRecord,
+        comparison: ComparisonRecord,
+        hull: HullRecord,
+        codes: CodeRecord,
+        views: ViewRecord,
+        samples: GainSample,
+    }
 }
 
 /// A difference of less than so many standard errors is none.
 const CERTAIN: f64 = 3.0;
 
 impl QuantizationTables {
-    pub(crate) fn read(run: &RunDirectory) -> Result<Self, ReportError> {
-        Ok(Self {
-            records: run.rows("records.csv")?,
-            gains: run.rows("gains.csv")?,
-            biases: run.rows("biases.csv")?,
-            comparisons: run.rows("comparison.csv")?,
-            hull: run.rows("hull.csv")?,
-            codes: run.rows("codes.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-        })
-    }
-
     /// Error of a bound whose moments are not quantised.
     pub(crate) fn exact(&self, bound: &str, kernel: &str) -> Option<f64> {
         let exact = |r: &&QuantizationRecord| r.target == "exact" && r.bound == bound && r.kernel == kernel;
@@ -109,7 +98,7 @@ impl QuantizationTables {
             ));
         }
         for c in
-            self.comparisons.iter().filter(|c| c.bound == "Hamburger 6" && c.transform.starts_with("ours"))
+            self.comparison.iter().filter(|c| c.bound == "Hamburger 6" && c.transform.starts_with("ours"))
         {
             let verdict = if c.difference.abs() < CERTAIN * c.standard_error {
                 "buys nothing that this sample could show"

@@ -1,12 +1,20 @@
 //! The tables of a quantisation experiment, each with a note on how to read it.
 
 use super::summary::{QuantizationTables, percent};
-use crate::page::{Block, Table, Text, code, in_percent};
+use crate::kinds::rows::views;
+use crate::page::{Block, Table, Text, code};
 use evaluation::{BiasRecord, ComparisonRecord};
 
 pub(crate) fn blocks(tables: &QuantizationTables) -> Vec<Block> {
-    [gains(tables), errors(tables), comparisons(tables), circulation(tables), targets(tables), views(tables)]
-        .concat()
+    [
+        gains(tables),
+        errors(tables),
+        comparisons(tables),
+        circulation(tables),
+        targets(tables),
+        views(2, &tables.views),
+    ]
+    .concat()
 }
 
 /// Seven digits are more than any table's reader compares; small ones in powers of ten.
@@ -86,7 +94,7 @@ fn comparisons(tables: &QuantizationTables) -> Vec<Block> {
     };
     let difference =
         |c: &ComparisonRecord| format!("{:+.4} ± {:.4}", 100.0 * c.difference, 100.0 * c.standard_error);
-    let table = Table::of(&tables.comparisons)
+    let table = Table::of(&tables.comparison)
         .left("bound", |c| &c.bound)
         .right("format", |c| &c.format)
         .right("transform", |c| &c.transform)
@@ -147,13 +155,4 @@ fn targets(tables: &QuantizationTables) -> Vec<Block> {
         "At the alpha that 99 % of the stored vectors need, for a sample of kernels before storage.",
     );
     Block::section(2, "The b* that raises det B fastest", table, Some(note))
-}
-
-fn views(tables: &QuantizationTables) -> Vec<Block> {
-    let table = Table::of(&tables.views)
-        .left("view", |v| format!("{} {}", v.scene, v.view))
-        .right("fragments", |v| v.fragments)
-        .right("evaluated", |v| v.sampled)
-        .right("mean F, %", |v| in_percent(v.mean_reference, 1));
-    Block::section(2, "Views", table, None)
 }

@@ -1,26 +1,26 @@
 //! What the records of a candidate search say, in numbers.
 
-use crate::error::ReportError;
-use crate::kinds::rows::distinct;
+use crate::kinds::rows::{distinct, tables};
 use crate::page::{Text, in_percent, percent};
 use evaluation::{
-    MarkRecord, RunDirectory, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchSample,
-    SearchViewRecord, StageRecord, with_role,
+    MarkRecord, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchSample, StageRecord, ViewRecord,
+    with_role,
 };
 
 /// Names of the marked candidates in the family's order.
 pub(super) const POWER_4: &str = "z, z^2, z^3, z^4";
 pub(super) const TRIGONOMETRIC_4: &str = "sin(2pi z), cos(2pi z), sin(4pi z), cos(4pi z)";
 
-/// The recorded tables of a run, with its experiment.
-pub(crate) struct SearchTables<'a> {
-    pub(crate) experiment: &'a SearchExperiment,
-    pub(crate) records: Vec<SearchRecord>,
-    pub(crate) stages: Vec<StageRecord>,
-    pub(crate) marks: Vec<MarkRecord>,
-    pub(crate) views: Vec<SearchViewRecord>,
-    pub(crate) agreement: Vec<SearchAgreementRecord>,
-    pub(crate) samples: Vec<SearchSample>,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    SearchTables<'a> of SearchExperiment {
+        records: SearchRecord,
+        stages: StageRecord,
+        marks: MarkRecord,
+        views: ViewRecord,
+        agreement: SearchAgreementRecord,
+        samples: SearchSample,
+    }
 }
 
 /// A point of reference in the histogram.
@@ -39,18 +39,6 @@ pub(crate) struct Speed {
 }
 
 impl<'a> SearchTables<'a> {
-    pub(crate) fn read(run: &RunDirectory, experiment: &'a SearchExperiment) -> Result<Self, ReportError> {
-        Ok(Self {
-            experiment,
-            records: run.rows("records.csv")?,
-            stages: run.rows("stages.csv")?,
-            marks: run.rows("marks.csv")?,
-            views: run.rows("views.csv")?,
-            agreement: run.rows("agreement.csv")?,
-            samples: run.rows("samples.csv")?,
-        })
-    }
-
     /// Sizes of candidates, ascending.
     pub(crate) fn orders(&self) -> Vec<usize> {
         let mut orders = distinct(self.records.iter().map(|record| record.m));

@@ -90,7 +90,7 @@ fn certainty(tables: &SearchTables<'_>) -> Vec<Block> {
         .right("uncertified", |s| s.uncertified);
     let fragments: usize = tables.views.iter().map(|view| view.fragments).sum();
     let sampled: usize = tables.views.iter().map(|view| view.sampled).sum();
-    let active: usize = tables.views.iter().map(|view| view.active).sum();
+    let active: usize = tables.views.iter().filter_map(|view| view.active).sum();
     let note = format!(
         "{sampled} of {fragments} fragments on {} views were drawn; {} of these have F > 0 and need a program, \
          equal ones only once. A block is for the candidates that can still be among the best after those before it.",

@@ -19,7 +19,7 @@ pub(super) fn draw(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportError>
 }
 
 fn one(tables: &SoftTables<'_>, picture: &ReceiverPicture) -> Result<Option<Drawing>, ReportError> {
-    let texels: Vec<&SearchTexel> = tables.texels.iter().filter(|t| t.picture == picture.id).collect();
+    let texels: Vec<&SearchTexel> = tables.kernels.iter().filter(|t| t.picture == picture.id).collect();
     let rows: Vec<&ReceiverRecord> = tables.receivers.iter().filter(|r| r.picture == picture.id).collect();
     let (Some(first), Some(left), Some(top)) =
         (rows.first(), texels.iter().map(|t| t.x_texel).min(), texels.iter().map(|t| t.y_texel).min())
@@ -48,7 +48,7 @@ fn one(tables: &SoftTables<'_>, picture: &ReceiverPicture) -> Result<Option<Draw
     }];
     for (row, &colour) in rows.iter().zip(CURVE_COLOURS.iter().cycle()) {
         let stroke = Stroke { colour, width: 6, dashed: false };
-        let points = tables.points.iter().filter(|p| p.picture == picture.id && p.technique == row.technique);
+        let points = tables.curves.iter().filter(|p| p.picture == picture.id && p.technique == row.technique);
         let points: Vec<(f64, Option<f64>)> = points.map(|p| (p.z_f, Some(p.intensity))).collect();
         entries.push((
             stroke,

@@ -1,45 +1,30 @@
 //! What the records of a `soft-shadows` experiment say, in numbers.
 
 use super::sweeps;
-use crate::error::ReportError;
-use crate::kinds::rows::rows_if_there;
+use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    Population, ReceiverRecord, ReconstructionPoint, RunDirectory, SearchTexel, SoftPictureRecord,
-    SoftRecord, SoftSample, SoftShadowsExperiment, SoftViewRecord, SweepRecord, with_role,
+    Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord, SoftSample,
+    SoftShadowsExperiment, SoftViewRecord, SweepRecord, with_role,
 };
 
-/// The recorded tables of a run, with its experiment.
-pub(super) struct SoftTables<'a> {
-    pub(super) experiment: &'a SoftShadowsExperiment,
-    pub(super) records: Vec<SoftRecord>,
-    pub(super) views: Vec<SoftViewRecord>,
-    pub(super) samples: Vec<SoftSample>,
-    pub(super) sweeps: Vec<SweepRecord>,
-    pub(super) pictures: Vec<SoftPictureRecord>,
-    pub(super) receivers: Vec<ReceiverRecord>,
-    pub(super) texels: Vec<SearchTexel>,
-    pub(super) points: Vec<ReconstructionPoint>,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    SoftTables<'a> of SoftShadowsExperiment {
+        records: SoftRecord,
+        views: SoftViewRecord,
+        samples: SoftSample,
+    }
+    some_runs {
+        sweeps: SweepRecord,
+        pictures: SoftPictureRecord,
+        receivers: ReceiverRecord,
+        kernels: SearchTexel,
+        curves: ReconstructionPoint,
+    }
 }
 
-impl<'a> SoftTables<'a> {
-    pub(super) fn read(
-        run: &RunDirectory,
-        experiment: &'a SoftShadowsExperiment,
-    ) -> Result<Self, ReportError> {
-        Ok(Self {
-            experiment,
-            records: run.rows("records.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-            sweeps: rows_if_there(run, "sweeps.csv")?,
-            pictures: rows_if_there(run, "pictures.csv")?,
-            receivers: rows_if_there(run, "receivers.csv")?,
-            texels: rows_if_there(run, "kernels.csv")?,
-            points: rows_if_there(run, "curves.csv")?,
-        })
-    }
-
+impl SoftTables<'_> {
     /// The row of a technique over all views under its best bias.
     pub(super) fn pooled(
         &self,

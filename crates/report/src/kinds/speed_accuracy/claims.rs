@@ -42,6 +42,6 @@ fn pair(tables: &SpeedTables<'_>, roles: [&'static str; 2]) -> Measured<String> 
     let (a, b) = (a?, b?);
     let (_, x, _) = recorded(tables.gpu_time(a.0, &a.1))?;
     let (_, y, _) = recorded(tables.gpu_time(b.0, &b.1))?;
-    let adapter = tables.gpu.as_ref().map(|gpu| gpu.adapter.as_str()).unwrap_or_default();
+    let adapter = tables.gpu.first().map(|gpu| gpu.adapter.as_str()).unwrap_or_default();
     Ok(format!("{x:.2} and {y:.2} ms, {:.2} times, on {adapter}", y / x))
 }

@@ -128,7 +128,7 @@ pub(crate) fn draw(tables: &SpeedTables<'_>) -> Result<Vec<Drawing>, ReportError
         needs(tables)?,
     ];
     if !gpu.is_empty() {
-        let adapter = tables.gpu.as_ref().map(|gpu| gpu.adapter.as_str()).unwrap_or_default();
+        let adapter = tables.gpu.first().map(|gpu| gpu.adapter.as_str()).unwrap_or_default();
         let label = format!("milliseconds a frame on {adapter}");
         figures.push(chart(
             "gpu",

@@ -45,7 +45,7 @@ impl SpeedTables<'_> {
 
     /// Least, median and most of the frame times at the first sizes, on a graphics processor.
     pub(crate) fn gpu_time(&self, technique: &str, format: &str) -> Option<(f64, f64, f64)> {
-        self.gpu.as_ref().filter(|gpu| gpu.device_type != "Cpu")?;
+        self.gpu.first().filter(|gpu| gpu.device_type != "Cpu")?;
         let at = *self.points().first()?;
         let times = self.frame_times((technique, format), at, |pass| pass == WHOLE_FRAME);
         Some((*times.first()?, times[times.len() / 2], *times.last()?))
@@ -95,7 +95,7 @@ impl SpeedTables<'_> {
 
     /// What is said of the graphics processor in the answer.
     pub(crate) fn gpu_sentence(&self) -> String {
-        let Some(gpu) = &self.gpu else { return "No GPU times were asked for.".to_owned() };
+        let Some(gpu) = self.gpu.first() else { return "No GPU times were asked for.".to_owned() };
         if self.frames.is_empty() {
             return format!("No GPU times, and no GPU axis: {}.", gpu.status);
         }
@@ -119,7 +119,7 @@ impl SpeedTables<'_> {
 
     /// Frame times by technique and sizes.
     pub(crate) fn gpu_blocks(&self) -> Vec<Block> {
-        let Some(gpu) = &self.gpu else { return Vec::new() };
+        let Some(gpu) = self.gpu.first() else { return Vec::new() };
         if self.frames.is_empty() {
             let adapter = if gpu.adapter.is_empty() { "no adapter" } else { &gpu.adapter };
             let reason = Block::paragraph(format!("None ({adapter}): {}.", gpu.status));

@@ -1,24 +1,23 @@
 //! What the records of a `speed-accuracy` experiment say, in numbers.
 
-use crate::error::ReportError;
-use crate::kinds::rows::{distinct, rows_if_there};
+use crate::kinds::rows::{distinct, tables};
 use crate::page::{Measured, Text, median_of, percent, player};
 use evaluation::{
-    FrameSample, GpuRecord, OrderShare, RunDirectory, SpeedAccuracyExperiment, SpeedAccuracyRecord,
-    SpeedSample, SpeedViewRecord,
+    FrameSample, GpuRecord, OrderShare, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, ViewRecord,
 };
 
-/// The recorded tables of a run, with its experiment.
-pub(crate) struct SpeedTables<'a> {
-    pub(crate) experiment: &'a SpeedAccuracyExperiment,
-    pub(crate) records: Vec<SpeedAccuracyRecord>,
-    pub(crate) orders: Vec<OrderShare>,
-    pub(crate) views: Vec<SpeedViewRecord>,
-    pub(crate) samples: Vec<SpeedSample>,
-    /// Where frames were asked for.
-    pub(crate) gpu: Option<GpuRecord>,
-    /// Empty without a graphics processor.
-    pub(crate) frames: Vec<FrameSample>,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    SpeedTables<'a> of SpeedAccuracyExperiment {
+        records: SpeedAccuracyRecord,
+        orders: OrderShare,
+        views: ViewRecord,
+        samples: SpeedSample,
+    }
+    some_runs {
+        gpu: GpuRecord,
+        frames: FrameSample,
+    }
 }
 
 /// Nanoseconds an item over the rounds.
@@ -30,25 +29,6 @@ pub(crate) struct Time {
 }
 
 impl<'a> SpeedTables<'a> {
-    pub(crate) fn read(
-        run: &RunDirectory,
-        experiment: &'a SpeedAccuracyExperiment,
-    ) -> Result<Self, ReportError> {
-        let gpu = match experiment.frames {
-            Some(_) => run.rows("gpu.csv")?.into_iter().next(),
-            None => None,
-        };
-        Ok(Self {
-            experiment,
-            gpu,
-            frames: rows_if_there(run, "frames.csv")?,
-            records: run.rows("records.csv")?,
-            orders: run.rows("orders.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-        })
-    }
-
     /// Every technique, format and size with its best biases, over all fragments.
     pub(crate) fn best(&self) -> impl Iterator<Item = &SpeedAccuracyRecord> {
         self.records.iter().filter(|r| r.best && r.scene == "all" && r.view == "all")

@@ -1,21 +1,22 @@
 //! What the records of a stability experiment say, in numbers.
 
-use crate::error::ReportError;
+use crate::kinds::rows::tables;
 use crate::page::{Text, median_of, percent};
 use evaluation::{
-    Arithmetic, CellRecord, CheckRecord, PivotRecord, RunDirectory, Shape, StabilityExperiment,
-    StabilityRecord, StabilitySample, StabilityViewRecord, with_role,
+    Arithmetic, CellRecord, CheckRecord, PivotRecord, Shape, StabilityExperiment, StabilityRecord,
+    StabilitySample, ViewRecord, with_role,
 };
 
-/// The recorded tables of a run, with its experiment.
-pub(crate) struct StabilityTables<'a> {
-    pub(crate) experiment: &'a StabilityExperiment,
-    pub(crate) records: Vec<StabilityRecord>,
-    pub(crate) cells: Vec<CellRecord>,
-    pub(crate) checks: Vec<CheckRecord>,
-    pub(crate) pivots: Vec<PivotRecord>,
-    pub(crate) views: Vec<StabilityViewRecord>,
-    pub(crate) samples: Vec<StabilitySample>,
+tables! {
+    /// The recorded tables of a run, with its experiment.
+    StabilityTables<'a> of StabilityExperiment {
+        records: StabilityRecord,
+        cells: CellRecord,
+        checks: CheckRecord,
+        pivots: PivotRecord,
+        views: ViewRecord,
+        samples: StabilitySample,
+    }
 }
 
 /// Which inputs are meant.
@@ -43,19 +44,7 @@ pub(crate) struct Total {
     pub(crate) mean_loss: f64,
 }
 
-impl<'a> StabilityTables<'a> {
-    pub(crate) fn read(run: &RunDirectory, experiment: &'a StabilityExperiment) -> Result<Self, ReportError> {
-        Ok(Self {
-            experiment,
-            records: run.rows("records.csv")?,
-            cells: run.rows("cells.csv")?,
-            checks: run.rows("checks.csv")?,
-            pivots: run.rows("pivots.csv")?,
-            views: run.rows("views.csv")?,
-            samples: run.rows("samples.csv")?,
-        })
-    }
-
+impl StabilityTables<'_> {
     /// Whether a family belongs to these inputs.
     pub(crate) fn belongs(&self, family: &str, inputs: Inputs) -> bool {
         let of_scenes =

@@ -2,6 +2,7 @@
 
 use super::summary::{Count, Inputs, StabilityTables};
 use crate::kinds::rows::distinct;
+use crate::kinds::rows::views;
 use crate::page::{Block, Table, Text, code, percent};
 use evaluation::{CheckRecord, StabilityMethod};
 
@@ -18,7 +19,7 @@ pub(crate) fn blocks(tables: &StabilityTables<'_>) -> Vec<Block> {
         alphas(tables),
         checks(tables),
         pivots(tables),
-        views(tables),
+        views(3, &tables.views),
         vec![Block::Paragraph(files)],
     ]
     .concat()
@@ -127,12 +128,4 @@ fn pivots(tables: &StabilityTables<'_>) -> Vec<Block> {
         .right("median", |p| two_digits(p.median));
     let note = Text::from("B = L D L^T for moments of 2 z - 1, without a bias.");
     Block::section(3, "How nearly singular B is", table, Some(note))
-}
-
-fn views(tables: &StabilityTables<'_>) -> Vec<Block> {
-    let table = Table::of(&tables.views)
-        .left("view", |v| format!("{} {}", v.scene, v.view))
-        .right("fragments", |v| v.fragments)
-        .right("evaluated", |v| v.sampled);
-    Block::section(3, "Views", table, None)
 }

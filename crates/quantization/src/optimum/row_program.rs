@@ -6,7 +6,7 @@
 //! any independent t_k are feasible, whichever signs the l_k have, so that neither an artificial start nor a second
 //! phase is needed and the optimum of one program starts the next.
 
-use crate::chebyshev;
+use super::chebyshev;
 use nalgebra::DMatrix;
 
 /// Samples of the grid for each degree of the functions: an extremum of a polynomial lies within pi / 64 / degree of a

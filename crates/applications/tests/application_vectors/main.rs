@@ -9,6 +9,7 @@
 
 mod area_lights;
 mod blocker_search;
+mod scattering;
 mod small_formulas;
 mod summed_area;
 mod table;
@@ -35,6 +36,12 @@ const READERS: &[Reader] = &[
     Reader { file: "sat_encode.csv", check: summed_area::encoding },
     Reader { file: "sat_integer.csv", check: summed_area::integer_queries },
     Reader { file: "sat_real.csv", check: summed_area::real_queries },
+    Reader { file: "rectified.csv", check: scattering::rectified },
+    Reader { file: "scatter_closed.csv", check: scattering::closed_forms },
+    Reader { file: "scatter_lookup.csv", check: scattering::look_ups },
+    Reader { file: "scatter_prefix.csv", check: scattering::prefix_sums },
+    Reader { file: "scatter_rays.csv", check: scattering::rays },
+    Reader { file: "scatter_resample.csv", check: scattering::resampled },
     Reader { file: "sssm_radius.csv", check: small_formulas::circle_of_confusion },
     Reader { file: "sssm_weight.csv", check: small_formulas::coarser_weight },
     Reader { file: "temporal_counts.csv", check: small_formulas::temporal_counts },
@@ -45,7 +52,7 @@ const READERS: &[Reader] = &[
 fn folder() -> PathBuf {
     match std::env::var_os("MSM_VECTORS") {
         Some(folder) => PathBuf::from(folder),
-        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/vectors/applications"),
+        None => Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/vectors/applications"),
     }
 }
 

@@ -9,7 +9,7 @@ use quantization::bias::{CIRCULATED, Circulated};
 use shadow_filtering::{BiasedMoments, FilteringError, Kernel, KernelSpec, Range, Technique, TechniqueSpec};
 
 /// A technique with its filter, and the names of both.
-pub(crate) struct Variant {
+pub(crate) struct StoredTechnique {
     pub(crate) store: usize,
     pub(crate) transform: String,
     pub(crate) format: String,
@@ -23,10 +23,10 @@ pub(crate) struct Variant {
     pub(crate) codes: bool,
 }
 
-impl Variant {
+impl StoredTechnique {
     /// All combinations in the order of the file.
     pub(crate) fn all(experiment: &QuantizationExperiment) -> Result<Vec<Self>, EvaluationError> {
-        let search = Search { seed: experiment.seed, ..Search::default() };
+        let search = Search { seed: experiment.scenery.seed, ..Search::default() };
         Self::build(experiment, &|spec| spec.build_with(&search))
     }
 

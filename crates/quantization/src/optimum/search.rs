@@ -1,15 +1,15 @@
 //! The transform that gains most, found by ascents from many random starts.
 
-use crate::bound::bound_of;
-use crate::chebyshev;
+use super::ascent::{Ascent, ascend};
+use super::bound::bound_of;
+use super::chebyshev;
+use super::gain::gain_bits;
+use super::polish::{Polished, polish};
+use super::row_program::{Block, Vertex};
+use super::working_basis::{Parity, WorkingBasis};
 use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
-use crate::polish::{Polished, polish};
-use crate::range::ranges;
-use crate::row_program::{Block, Vertex};
-use crate::search::{Ascent, ascend};
-use crate::transform::AffineTransform;
-use crate::working_basis::{Parity, WorkingBasis};
+use crate::storage::{AffineTransform, ranges};
 use moment_problem::Basis;
 use moment_problem::arithmetic::{DoubleDouble, Real};
 use random_stream::Random;
@@ -91,18 +91,6 @@ const SAME_BITS: f64 = 1e-6;
 
 /// For [`Optimum::hits`].
 const HIT_BITS: f64 = 1e-4;
-
-/// Bits of entropy that a transform gains: log2 |det theta| (MSM15 Proposition 6), for powers of depth in the units of
-/// depths in \[0, 1\], whatever the interval.
-///
-/// Powers on an interval of length L are powers on \[0, 1\] times a triangular matrix of determinant L^(m(m+1)/2); so
-/// transforms for \[-1, 1\] and for \[0, 1\] can be compared. For other bases it is log2 |det theta| as it stands.
-pub fn gain_bits(basis: &Basis, interval: DepthInterval, log2_determinant: f64) -> f64 {
-    match basis.power_order() {
-        Some(m) => log2_determinant + 0.5 * (m * (m + 1)) as f64 * interval.length().log2(),
-        None => log2_determinant,
-    }
-}
 
 /// How far stored values may lie outside of \[0, 1\]: a thousandth of the rounding of 20 bits, a hundred times what
 /// rounding the matrix of eight power moments leaves.

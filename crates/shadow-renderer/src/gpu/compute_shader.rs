@@ -6,12 +6,12 @@ use shaders::{EntryPoint, Module};
 use super::bind::{Resource, bind};
 
 /// A compute shader, compiled.
-pub(crate) struct Kernel {
+pub(crate) struct ComputeShader {
     pipeline: wgpu::ComputePipeline,
     entry_point: EntryPoint,
 }
 
-impl Kernel {
+impl ComputeShader {
     /// Compiles one entry point of a WGSL module.
     pub fn new(gpu: &GraphicsDevice, source: &str, name: &str) -> Result<Self, DeviceError> {
         let entry_point = Module::new(source)?.entry_point(name)?.clone();

@@ -1,8 +1,10 @@
 //! Biases: moments b become (1 - alpha) b + alpha b* (MSM15 section 4.2), which pulls vectors that rounding has thrown
 //! out of the valid set back into it.
 
+pub(crate) mod moment_matrix;
+
 use crate::interval::DepthInterval;
-use crate::moment_matrix::MomentMatrix;
+use moment_matrix::MomentMatrix;
 use moment_problem::Basis;
 use nalgebra::DMatrix;
 

@@ -1,8 +1,8 @@
 //! The exact range of a row on an interval of depths, enclosed with interval arithmetic.
 
+use super::transform::AffineTransform;
 use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
-use crate::transform::AffineTransform;
 use moment_problem::Basis;
 use moment_problem::arithmetic::{Ball, DoubleDouble, Field, Jet};
 

@@ -3,8 +3,8 @@
 //! Prefix sums overflow 32 bits all the time, which subtracts multiples of 2^32. A query subtracts prefix sums, and its
 //! true result for at most N texels lies below 2^32 by the choice of the scale; modulo 2^32 it is therefore exact.
 
+use super::format::NumberFormat;
 use crate::error::QuantizationError;
-use crate::format::NumberFormat;
 
 /// Prefix sums of a map of channels.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,9 +92,9 @@ impl SummedAreaTable {
         if count as u64 > u64::from(self.texels) {
             return Err(fail(format!("{count} texels exceed {}, for which sums are exact", self.texels)));
         }
-        let at = |x: Option<usize>, y: Option<usize>| match (x, y) {
-            (Some(x), Some(y)) => self.sums[(y * self.width + x) * self.channels + channel],
-            _ => 0,
+        let at = |x: Option<usize>, y: Option<usize>| match x.zip(y) {
+            Some((x, y)) => self.sums[(y * self.width + x) * self.channels + channel],
+            None => 0,
         };
         let (left, above) = (first.0.checked_sub(1), first.1.checked_sub(1));
         let (right, below) = (Some(last.0), Some(last.1));

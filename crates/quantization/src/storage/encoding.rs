@@ -1,8 +1,8 @@
 //! How a moment vector is stored: a transform and a number format.
 
+use super::format::NumberFormat;
+use super::transform::AffineTransform;
 use crate::error::QuantizationError;
-use crate::format::NumberFormat;
-use crate::transform::AffineTransform;
 
 /// Transform, then format (MSM15 section 4.3).
 #[derive(Clone, Debug, PartialEq)]

@@ -51,23 +51,16 @@ impl MomentMatrix {
 
     /// An entry of B.
     pub fn entry(&self, b: &[f64], i: usize, j: usize) -> f64 {
+        if i + j == 0 {
+            return 1.0;
+        }
         match self.kind {
-            Kind::Power => {
-                if i + j == 0 {
-                    1.0
-                } else {
-                    b[i + j - 1]
-                }
-            }
-            // b holds the means of sin x, cos x, sin 2x, cos 2x.
-            Kind::Trigonometric4 => match (i.min(j), i.max(j)) {
-                (0, 0) => 1.0,
-                (0, 1) => b[1],
-                (0, _) => b[0],
-                (1, 1) => 0.5 + 0.5 * b[3],
-                (1, _) => 0.5 * b[2],
-                _ => 0.5 - 0.5 * b[3],
-            },
+            Kind::Power => b[i + j - 1],
+            // b holds the means of sin x, cos x, sin 2x, cos 2x; rows are 1, cos x, sin x.
+            Kind::Trigonometric4 if i + j == 1 => b[1],
+            Kind::Trigonometric4 if i == j => 0.5 + (1.5 - i as f64) * b[3],
+            Kind::Trigonometric4 if i + j == 2 => b[0],
+            Kind::Trigonometric4 => 0.5 * b[2],
         }
     }
 

@@ -1,10 +1,6 @@
 //! What every technique has to do, whatever its basis, encoding and bound: one call for a new one.
 
-use crate::depth_map::DepthMap;
-use crate::error::FilteringError;
-use crate::kernel::Kernel;
-use crate::regions::{encode, filter};
-use crate::technique::Technique;
+use shadow_filtering::{DepthMap, FilteringError, Kernel, Technique, encode, filter};
 
 /// Side of the maps in texels.
 const SIZE: usize = 48;

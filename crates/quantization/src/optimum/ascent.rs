@@ -1,6 +1,6 @@
 //! Cyclic ascent over the rows from many random starts.
 
-use crate::row_program::{Block, Row, Vertex};
+use super::row_program::{Block, Row, Vertex};
 use nalgebra::DMatrix;
 use random_stream::Random;
 

@@ -1,6 +1,6 @@
 //! A basis in coordinates in which its rows can be optimised in machine precision: orthonormal, as Chebyshev series.
 
-use crate::chebyshev;
+use super::chebyshev;
 use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
 use moment_problem::Basis;

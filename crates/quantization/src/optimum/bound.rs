@@ -9,11 +9,11 @@
 //! (m+1)^((m+1)/2) / 2^m turns the bound into that of the ellipsoid of least volume around the curve. The exact h_m are
 //! smaller unless m + 1 is 2 or a multiple of four: 0.38 bits for m = 2, 0.66 for m = 6.
 
-use crate::chebyshev;
+use super::chebyshev;
+use super::gain::gain_bits;
+use super::working_basis::WorkingBasis;
 use crate::error::QuantizationError;
 use crate::interval::DepthInterval;
-use crate::optimise::gain_bits;
-use crate::working_basis::WorkingBasis;
 use moment_problem::Basis;
 use moment_problem::arithmetic::{Ball, DoubleDouble};
 use nalgebra::DMatrix;

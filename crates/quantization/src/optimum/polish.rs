@@ -5,9 +5,9 @@
 //! sum_j l_j f(t_j) = c, f(t_j) . x = sign(l_j) / 2, and f'(t_j) . x = 0 unless t_j is an end of the interval.
 //! Newton's method solves these equations; as the program is convex, a solution with a valid range is an optimum.
 
-use crate::chebyshev;
-use crate::row_program::{Block, Row, Vertex};
-use crate::search::{Ascent, cofactors};
+use super::ascent::{Ascent, cofactors};
+use super::chebyshev;
+use super::row_program::{Block, Row, Vertex};
 use nalgebra::{DMatrix, DVector};
 
 /// Newton steps: convergence is quadratic from the grid's solution.

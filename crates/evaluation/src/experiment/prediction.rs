@@ -1,0 +1,22 @@
+//! What a run will cost, for kinds that can tell.
+
+use serde::Serialize;
+
+/// What a search will cost.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Prediction {
+    /// Candidates of all orders.
+    pub candidates: u64,
+    /// Linear programs of the first block.
+    pub programs: u64,
+    /// Linear programs of the later blocks, if one candidate in fifty stays in the race at each.
+    pub later_programs: u64,
+    /// Programs a second on one thread, measured on some candidates.
+    pub programs_per_second: f64,
+    /// Threads.
+    pub threads: usize,
+    /// Hours on these threads.
+    pub hours: f64,
+    /// Bytes of checkpoint and tables.
+    pub disk_bytes: u64,
+}
