@@ -96,8 +96,8 @@ pub(super) const PUBLISHED_BIAS: f64 = 5e-6;
 
 /// A method on one map and light.
 pub(super) enum Prepared {
-    Double(SoftMethod<f64>),
-    Single(SoftMethod<f32>),
+    Double(Box<SoftMethod<f64>>),
+    Single(Box<SoftMethod<f32>>),
 }
 
 impl MethodSetting {
@@ -240,8 +240,8 @@ impl MethodSetting {
         penumbra: &Penumbra<f64>,
     ) -> Result<Prepared, QuantizationError> {
         Ok(match self.precision {
-            Precision::Double => Prepared::Double(self.built(map, penumbra)?),
-            Precision::Single => Prepared::Single(self.built(map, penumbra)?),
+            Precision::Double => Prepared::Double(Box::new(self.built(map, penumbra)?)),
+            Precision::Single => Prepared::Single(Box::new(self.built(map, penumbra)?)),
         })
     }
 
