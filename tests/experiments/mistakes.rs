@@ -34,7 +34,7 @@ type Mistake = (&'static str, &'static str, &'static str);
 /// An unknown key, a value that makes no sense and one of another type, for every kind.
 #[test]
 fn mistakes_in_every_kind_name_line_key_and_value() {
-    let cases: [(&str, [Mistake; 5]); 6] = [
+    let cases: [(&str, [Mistake; 5]); 7] = [
         (
             "bounds",
             [
@@ -93,6 +93,16 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("divisors = [1, 2, 4]", "divisors = [3]", "divisors[0] = 3"),
                 ("exponent = 11.0", "exponent = 12.0", "12"),
                 ("rounds = 2", "rounds = 0", "in 0 rounds"),
+            ],
+        ),
+        (
+            "soft-shadows",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("plane_limit = 0.05", "plane_limit = \"flat\"", "plane_limit"),
+                ("shape = \"sun:4x4\"", "shape = \"sun:-4x4\"", "size of -4 degrees"),
+                ("exponent = 5.0", "exponent = 50.0", "exponent = 50"),
+                ("most_width = 9.0", "most_width = 0.0", "most_width = 0 "),
             ],
         ),
     ];
@@ -245,5 +255,57 @@ fn mistakes_in_techniques_and_scenes_name_key_and_value() {
         let line = text[..text.find(old).unwrap()].matches('\n').count() + 1;
         let place = if old.starts_with('\n') { "line ".to_owned() } else { format!("line {line}: ") };
         assert!(message.contains(&format!("case-{i}.toml: {place}")), "{new}: {place}: {message}");
+    }
+}
+
+#[test]
+fn mistakes_about_soft_shadows_name_key_and_value() {
+    let folder = directory("soft");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/soft-shadows.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    let cases = [
+        ("shape = \"sun:4x4\"", "shape = \"sun:infx4\"", "`inf` is no finite number"),
+        ("shape = \"sun:4x4\"", "shape = \"moon:4\"", "moon:4"),
+        ("shape = \"sun:4x4\"", "shape = \"rect:0,9,0;1,0,0;0,0,1\"", "is a place in one scene"),
+        ("standard_error = 0.005", "standard_error = 0.0", "standard_error = 0"),
+        ("most_rays = 16384", "most_rays = 8", "most_rays = 8"),
+        ("camera = [320, 240]", "camera = [0, 240]", "camera = 0x240"),
+        ("method = { most_width = 9.0 }", "method = { storage = \"signed\" }", "storage needs moments"),
+        ("bound = \"hausdorff4\"", "bound = \"trigonometric4\"", "Trigonometric 4 gives no distribution"),
+        ("bound = \"hamburger6\"", "bound = \"hamburger6\", storage = \"sparse\"", "storage = Sparse"),
+        ("centre = [0.0, 0.63, 0.0, 0.63]", "centre = [0.0, 0.63]", "centre has 2 numbers"),
+        ("epsilon = 1e-3 }", "epsilon = 2.0 }", "epsilon = 2 "),
+        ("width = 5.0", "width = -5.0", "width = -5 "),
+        ("light = \"wide\"", "light = \"moon\"", "light `moon`"),
+        ("values = { umbra = [0.9,", "values = { umbra = [1.5,", "umbra = 1.5 "),
+        ("values = { degrees = [0.0,", "values = { degrees = [200.0,", "200 degrees"),
+        ("values = { region = [0.5,", "values = { region = [0.0,", "region = 0 "),
+        ("techniques = [\"single precision\"]", "techniques = []", "techniques is empty"),
+        ("insets = [[", "insets = [[400, 0, 64], [", "inset [400, 0, 64]"),
+        ("method = {}", "method = { bound = \"hamburger4\" }", "no percentage-closer method"),
+    ];
+    refused(&folder, &text, &cases);
+    // What shows only when scenes are read: triangles for rays, receivers, views of pictures.
+    let stack = folder.join("stack");
+    let out = stack.to_str().unwrap();
+    assert!(msm(&["render", "stairs", "--size", "96", "--backend", "cpu", "--out", out]).status.success());
+    let stack = stack.join("stairs-high.stack.npz").display().to_string();
+    let smoke_scene = format!("scenes = {:?}", [stack]);
+    for (i, (old, new, needle)) in [
+        ("scenes = [\"stairs\"]", smoke_scene.as_str(), "shadow rays need triangles"),
+        ("size = 96", "size = 9", "kernel.size"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = folder.join(format!("late-{i}.toml"));
+        let views = text.replacen("views = [\"high\", \"lamp\"]", "views = []", 1);
+        std::fs::write(&path, views.replacen(old, new, 1)).unwrap();
+        let results = folder.join("late");
+        let output =
+            msm(&["run", path.to_str().unwrap(), "--scale", "smoke", "--out", results.to_str().unwrap()]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{new}: {message}");
+        assert!(message.contains(needle) && message.contains(&format!("late-{i}.toml: line ")), "{message}");
     }
 }

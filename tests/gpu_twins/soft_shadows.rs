@@ -6,9 +6,9 @@ use super::compute::{self, Resource};
 use super::fragments::{self, FRAGMENTS};
 use applications::field::{Fit, SummedMoments};
 use applications::soft_shadow::{
-    BlockerSearch, Filter, FilterSize, Fragment, Penumbra, Reconstruction, SoftMethod, Warp,
-    filterable_shader, filterable_soft_shadow, filtered_hard_shadow, penumbra_uniform,
-    percentage_closer_shader, percentage_closer_soft_shadow, prefix_sums_shader,
+    BlockerSearch, Filter, FilterSize, Fragment, Penumbra, Reconstruction, Warp, filterable_shader,
+    filterable_soft_shadow, filtered_hard_shadow, penumbra_uniform, percentage_closer_shader,
+    percentage_closer_soft_shadow, prefix_sums_shader,
 };
 use libtest_mimic::{Failed, Trial};
 use moment_problem::MomentBound;
@@ -57,8 +57,9 @@ pub fn trials() -> Vec<Trial> {
 
 fn searches() -> [(BlockerSearch<f64>, Filter<f64>); 3] {
     let published = (BlockerSearch::published(), Filter::published());
-    let later = BlockerSearch { epsilon: 0.001, bias: 1e-3, fit: Fit::Nearest, ..published.0 };
-    let filter = Filter { fit: Fit::Nearest, least_width: 2.0, full_bias_width: 9.0 };
+    let later =
+        BlockerSearch { epsilon: 0.001, bias_share: 0.5, most_width: 9.0, fit: Fit::Nearest, ..published.0 };
+    let filter = Filter { fit: Fit::Nearest, least_width: 2.0, full_bias_width: 9.0, ..published.1 };
     [published, (later, filter), (published.0, Filter { fit: Fit::Outwards, least_width: 1.0, ..filter })]
 }
 
@@ -74,25 +75,14 @@ fn cast<R: Real>(
     search: &BlockerSearch<f64>,
     filter: &Filter<f64>,
 ) -> (Penumbra<R>, BlockerSearch<R>, Filter<R>) {
-    let of = |value: f64| R::from_f64(value);
-    let penumbra = Penumbra {
-        half_size: penumbra.half_size.map(of),
-        near: penumbra.near.map(of),
-        depth_range: of(penumbra.depth_range),
-        texels_per_unit: penumbra.texels_per_unit.map(of),
-    };
-    let search = BlockerSearch {
-        epsilon: of(search.epsilon),
-        umbra: of(search.umbra),
-        fit: search.fit,
-        bias: of(search.bias),
-    };
-    let filter = Filter {
-        fit: filter.fit,
-        least_width: of(filter.least_width),
-        full_bias_width: of(filter.full_bias_width),
-    };
-    (penumbra, search, filter)
+    (penumbra.cast(), search.cast(), filter.cast())
+}
+
+/// The table of a map.
+fn field(map: &DepthMap, technique: &Reconstruction<f64>) -> Result<SummedMoments, Failed> {
+    let encode = |depth: f64, out: &mut [f64]| technique.encode(depth, out);
+    let size = [map.width(), map.height()];
+    Ok(SummedMoments::new(size, map.depths(), technique.channels(), TEXELS, encode)?)
 }
 
 /// Fragments of a map in single precision, a few of them a little off the middle of their texel.
@@ -112,7 +102,7 @@ fn fragments() -> Vec<(DepthMap, Vec<[f32; 4]>)> {
 
 fn fragment<R: Real>([x, y, depth, bias]: [f32; 4]) -> Fragment<R> {
     let of = |value: f32| R::from_f64(f64::from(value));
-    Fragment { position: [of(x), of(y)], depth: of(depth), bias: of(bias) }
+    Fragment { position: [of(x), of(y)], depth: of(depth), bias: of(bias), noise: [of(0.0); 2] }
 }
 
 /// With or without `FROM=>TO`.
@@ -163,7 +153,7 @@ fn filterable(technique: &Reconstruction<f64>, fault: &str) -> Result<(), Failed
             let (p, s, f) = cast::<f32>(&penumbra, &search, &filter);
             for (map, fragments) in fragments() {
                 let size = [map.width(), map.height()];
-                let field = SoftMethod::field(&map, technique, TEXELS)?;
+                let field = field(&map, technique)?;
                 let source =
                     filterable_shader(technique, size, TEXELS, FilterSize::Searched(&search), &filter)
                         .ok_or("no shader")?;
@@ -190,7 +180,7 @@ fn fixed_size(technique: &Reconstruction<f64>) -> Result<(), Failed> {
     let mut compared = Compared::default();
     for (map, fragments) in fragments() {
         let size = [map.width(), map.height()];
-        let field = SoftMethod::field(&map, technique, TEXELS)?;
+        let field = field(&map, technique)?;
         let source = filterable_shader(technique, size, TEXELS, FilterSize::Fixed(FIXED_WIDTHS), &filter)
             .ok_or("no shader")?;
         let table = Resource::Read(bytemuck::cast_slice(field.table().prefix_sums()));
@@ -257,7 +247,7 @@ fn prefix_sums(technique: &Reconstruction<f64>, fault: &str) -> Result<(), Faile
         let passes =
             [(source.as_str(), "rows", size[1] as u32), (&source, "columns", (line as u32).div_ceil(64))];
         let found: Vec<u32> = compute::run(&passes, &resources, 1)?;
-        let field = SoftMethod::field(&map, technique, TEXELS)?;
+        let field = field(&map, technique)?;
         let expected = field.table().prefix_sums();
         // Differences of sums are codes, whatever wrapped around.
         let code = |sums: &[u32], i: usize| {

@@ -6,6 +6,12 @@ use quantization::{NumberFormat, QuantizationError, Rectangle, SummedAreaTable};
 
 use crate::region::{Pieces, Region};
 
+mod prefix_sums;
+mod stored_sums;
+
+pub use prefix_sums::PrefixSums;
+pub use stored_sums::{StoredSums, Table};
+
 /// Most channels of a field.
 pub const MAX_CHANNELS: usize = MomentBound::MAX_ORDER;
 
@@ -85,29 +91,45 @@ impl SummedMoments {
     }
 
     fn pieces<R: Real>(&self, region: &Region<R>, fit: Fit) -> [Pieces; 2] {
-        [0, 1].map(|k| fit.pieces(region.low[k].to_f64(), region.high[k].to_f64(), self.size[k]))
+        fit.rectangle(region, self.size)
     }
+}
+
+impl Fit {
+    /// The texels of both axes.
+    fn rectangle<R: Real>(self, region: &Region<R>, size: [usize; 2]) -> [Pieces; 2] {
+        [0, 1].map(|k| self.pieces(region.low[k].to_f64(), region.high[k].to_f64(), size[k]))
+    }
+}
+
+/// Sums over whole texels, each weighted by how much of its texels is covered, over the covered area.
+fn integrated<R: Real>(
+    [columns, rows]: [Pieces; 2],
+    channels: usize,
+    sum: impl Fn(Rectangle, usize) -> Result<R, QuantizationError>,
+) -> Result<Means<R>, QuantizationError> {
+    let mut means = [R::zero(); MAX_CHANNELS];
+    let mut area = R::zero();
+    for row in rows.as_slice() {
+        for column in columns.as_slice() {
+            let share = R::from_f64(column.covered) * R::from_f64(row.covered);
+            area = area + share * R::from_f64((column.texels() * row.texels()) as f64);
+            let rectangle = Rectangle { first: (column.first, row.first), last: (column.last, row.last) };
+            for (channel, mean) in means.iter_mut().enumerate().take(channels) {
+                *mean = *mean + share * sum(rectangle, channel)?;
+            }
+        }
+    }
+    Ok(means.map(|mean| mean / area))
 }
 
 impl<R: Real> MomentField<R> for SummedMoments {
     /// Sums are whole numbers up to here; they become `R` one region at a time, as in a shader.
     fn means(&self, region: &Region<R>, fit: Fit) -> Result<Means<R>, QuantizationError> {
-        let [columns, rows] = self.pieces(region, fit);
-        let mut means = [R::zero(); MAX_CHANNELS];
-        let mut area = R::zero();
-        for row in rows.as_slice() {
-            for column in columns.as_slice() {
-                let share = R::from_f64(column.covered) * R::from_f64(row.covered);
-                area = area + share * R::from_f64((column.texels() * row.texels()) as f64);
-                let rectangle = Rectangle { first: (column.first, row.first), last: (column.last, row.last) };
-                for (channel, mean) in means.iter_mut().enumerate().take(self.channels) {
-                    let sum = f64::from(self.table.sum(rectangle, channel)?);
-                    *mean = *mean + share * R::from_f64(sum);
-                }
-            }
-        }
+        let sum = |rectangle, channel| Ok(R::from_f64(f64::from(self.table.sum(rectangle, channel)?)));
+        let means = integrated(self.pieces(region, fit), self.channels, sum)?;
         let one = R::from_f64(f64::from(NumberFormat::fixed_point_scale(self.table.texels())));
-        Ok(means.map(|mean| mean / (area * one)))
+        Ok(means.map(|mean| mean / one))
     }
 }
 

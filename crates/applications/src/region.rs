@@ -18,6 +18,12 @@ impl<R: Real> Region<R> {
         Self { low: [0, 1].map(|k| centre[k] - half[k]), high: [0, 1].map(|k| centre[k] + half[k]) }
     }
 
+    /// Both ends t of each axis at floor(t + u).
+    pub fn rounded(&self, u: [R; 2]) -> Self {
+        let round = |corner: [R; 2]| [0, 1].map(|k| R::from_f64((corner[k] + u[k]).to_f64().floor()));
+        Self { low: round(self.low), high: round(self.high) }
+    }
+
     /// Area in texels.
     pub fn area(&self) -> R {
         (self.high[0] - self.low[0]) * (self.high[1] - self.low[1])

@@ -8,12 +8,14 @@ mod error;
 mod experiment;
 mod fragments;
 mod kinds;
+mod pictures;
 mod provenance;
 mod role;
 mod run;
 mod run_directory;
 mod shards;
 mod statistics;
+mod timing;
 
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
@@ -35,16 +37,23 @@ pub use kinds::search::{
     MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
     SearchSample, SearchTiming, StageRecord,
 };
+pub use kinds::soft_shadows::{
+    Corners, LightSetting, MethodSetting, Population, Precision, ReceiverPicture, ReceiverRecord,
+    ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftSample,
+    SoftShadowsExperiment, SoftTechnique, SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues,
+    TruthSetting,
+};
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
     EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, Nothing, OrderSetting, OrderShare,
-    PICTURE_GAP, PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
+    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming,
 };
 pub use moment_problem::MomentBound;
+pub use pictures::PICTURE_GAP;
 pub use provenance::{Build, Provenance, logical_cores};
 pub use role::{Role, with_role};
 pub use run::{Progress, Run, RunOptions};

@@ -6,9 +6,8 @@ use quantization::QuantizationError;
 
 use super::penumbra::Penumbra;
 use super::reconstruction::Reconstruction;
-use super::{BlockerSearch, Filter, Fragment};
+use super::{BlockerSearch, Blockers, Filter, Fragment};
 use crate::field::MomentField;
-use crate::region::Region;
 
 /// Shadow intensity of a fragment: moments of the search region, blockers from the extremal distribution, moments of
 /// the filter region, the bound.
@@ -23,14 +22,27 @@ pub fn filterable_soft_shadow<R: Real>(
     filter: &Filter<R>,
     fragment: &Fragment<R>,
 ) -> Result<R, QuantizationError> {
-    let Fragment { position, depth, .. } = *fragment;
-    let region = Region::around(position, penumbra.search(depth));
-    let blockers = technique.blockers(&field.means(&region, search.fit)?, depth - search.bias);
+    let blockers = filterable_blockers(field, technique, penumbra, search, fragment)?;
     if search.is_umbra(&blockers) {
         return Ok(R::one());
     }
-    let widths = search.widths(penumbra, depth, &blockers);
+    let widths = search.widths(penumbra, fragment.depth, &blockers);
     filtered_hard_shadow(field, technique, widths, filter, fragment)
+}
+
+/// What the blocker search finds: the extremal distribution in front of the receiver.
+///
+/// # Errors
+/// As [`filterable_soft_shadow`].
+pub fn filterable_blockers<R: Real>(
+    field: &impl MomentField<R>,
+    technique: &Reconstruction<R>,
+    penumbra: &Penumbra<R>,
+    search: &BlockerSearch<R>,
+    fragment: &Fragment<R>,
+) -> Result<Blockers<R>, QuantizationError> {
+    let (region, compared) = search.applied(penumbra, fragment);
+    Ok(technique.blockers(&field.means(&region, search.fit)?, compared))
 }
 
 /// The cheap alternative: hard shadows filtered over a region of fixed full widths in texels.

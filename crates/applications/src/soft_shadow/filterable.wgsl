@@ -18,7 +18,7 @@ fn blockers_of(moments: array<f32, CHANNELS>, z: f32) -> Blockers {
 fn soft_shadow(penumbra: Penumbra, at: vec2<f32>, z: f32, bias: f32) -> f32 {
     let searched = search_widths(penumbra, z);
     let moments = means(at - 0.5 * searched, at + 0.5 * searched, SEARCH_FIT);
-    let blockers = blockers_of(moments, z - SEARCH_BIAS);
+    let blockers = blockers_of(moments, z - SEARCH_BIAS_SHARE * bias);
     if blockers.mass > UMBRA {
         return 1.0;
     }

@@ -55,6 +55,17 @@ impl<R: Real> Penumbra<R> {
         self.half_size.map(|half| (half + half) * share)
     }
 
+    /// The same in another precision.
+    pub fn cast<S: Real>(&self) -> Penumbra<S> {
+        let cast = |value: R| S::from_f64(value.to_f64());
+        Penumbra {
+            half_size: self.half_size.map(cast),
+            near: self.near.map(cast),
+            depth_range: cast(self.depth_range),
+            texels_per_unit: self.texels_per_unit.map(cast),
+        }
+    }
+
     fn widths(&self, share: R) -> [R; 2] {
         [0, 1].map(|k| (self.half_size[k] + self.half_size[k]) * share * self.texels_per_unit[k])
     }

@@ -45,6 +45,17 @@ impl<R: Real> DepthField<R> for DepthMap {
     }
 }
 
+/// What the blocker search finds.
+pub fn percentage_closer_blockers<R: Real>(
+    field: &impl DepthField<R>,
+    penumbra: &Penumbra<R>,
+    search: &BlockerSearch<R>,
+    fragment: &Fragment<R>,
+) -> Blockers<R> {
+    let (region, compared) = search.applied(penumbra, fragment);
+    field.in_front(&region, search.fit, compared)
+}
+
 /// Shadow intensity of a fragment.
 pub fn percentage_closer_soft_shadow<R: Real>(
     field: &impl DepthField<R>,
@@ -53,9 +64,7 @@ pub fn percentage_closer_soft_shadow<R: Real>(
     filter: &Filter<R>,
     fragment: &Fragment<R>,
 ) -> R {
-    let Fragment { position, depth, .. } = *fragment;
-    let region = Region::around(position, penumbra.search(depth));
-    let blockers = field.in_front(&region, search.fit, depth - search.bias);
+    let blockers = percentage_closer_blockers(field, penumbra, search, fragment);
     // Without blockers there is nothing to estimate; the fragment is lit.
     let has_blockers = blockers.mass > R::zero();
     if !has_blockers {
@@ -64,7 +73,7 @@ pub fn percentage_closer_soft_shadow<R: Real>(
     if search.is_umbra(&blockers) {
         return R::one();
     }
-    let widths = search.widths(penumbra, depth, &blockers);
+    let widths = search.widths(penumbra, fragment.depth, &blockers);
     let (region, compared) = filter.applied(fragment, widths);
     field.in_front(&region, filter.fit, compared).mass
 }

@@ -27,7 +27,7 @@ fn blockers_within(low: vec2<f32>, high: vec2<f32>, fit: u32, z: f32) -> Blocker
 
 fn soft_shadow(penumbra: Penumbra, at: vec2<f32>, z: f32, bias: f32) -> f32 {
     let searched = search_widths(penumbra, z);
-    let blockers = blockers_within(at - 0.5 * searched, at + 0.5 * searched, SEARCH_FIT, z - SEARCH_BIAS);
+    let blockers = blockers_within(at - 0.5 * searched, at + 0.5 * searched, SEARCH_FIT, z - SEARCH_BIAS_SHARE * bias);
     if !(blockers.mass > 0.0) {
         return 0.0;
     }

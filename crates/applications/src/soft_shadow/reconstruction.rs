@@ -1,9 +1,10 @@
 //! What filtered moments say about blockers: how much lies in front of the receiver, and where on average.
 
-use moment_problem::MomentBound;
 use moment_problem::arithmetic::Real;
+use moment_problem::{Interval, MomentBound};
 use thiserror::Error;
 
+use super::storage::{Storage, StoredPowers};
 use crate::field::{MAX_CHANNELS, Means};
 
 /// A monotone map of \[0, 1\] onto itself, taken of depths before their powers.
@@ -39,6 +40,9 @@ pub struct Reconstruction<R> {
     warp: Warp<R>,
     bound: MomentBound,
     moment_bias: R,
+    stored: StoredPowers<R>,
+    /// b*.
+    centre: [R; MAX_CHANNELS],
 }
 
 /// A reconstruction that makes no sense.
@@ -47,6 +51,26 @@ pub enum ReconstructionError {
     /// No points to average.
     #[error("{name} gives no distribution of depths in which blockers could be searched")]
     NoPoints {
+        /// The bound.
+        name: &'static str,
+    },
+    /// A transform of other moments, or of depths that the bound does not take.
+    #[error("storage = {storage:?} does not hold the {order} moments of {name}")]
+    Storage {
+        /// The storage.
+        storage: Storage,
+        /// Number of moments.
+        order: usize,
+        /// The bound.
+        name: &'static str,
+    },
+    /// b* of another length.
+    #[error("centre has {got} numbers where {name} has {order} moments")]
+    Centre {
+        /// How many.
+        got: usize,
+        /// Number of moments.
+        order: usize,
         /// The bound.
         name: &'static str,
     },
@@ -94,8 +118,8 @@ impl<R: Real> Blockers<R> {
 const MAX_EXPONENT: f64 = 40.0;
 
 impl<R: Real> Reconstruction<R> {
-    /// `moment_bias` is alpha: moments become (1 - alpha) b + alpha b*, where b* has half of its mass at each end of
-    /// \[0, 1\].
+    /// Powers of depth in \[0, 1\]. `moment_bias` is alpha: moments become (1 - alpha) b + alpha b*, where b* has half of its
+    /// mass at each end of the range unless [`Reconstruction::centred`] says otherwise.
     ///
     /// # Errors
     /// [`ReconstructionError`] for a bound without points, an exponent outside (0, 40\] and a bias outside \[0, 1).
@@ -116,7 +140,38 @@ impl<R: Real> Reconstruction<R> {
                 range: "(0, 40]",
             });
         }
-        Ok(Self { warp, bound, moment_bias })
+        let stored = StoredPowers::unit();
+        Ok(Self { warp, bound, moment_bias, stored, centre: stored.ends() })
+    }
+
+    /// The same with powers stored in another way, and b* with half of its mass at each end of their range.
+    ///
+    /// # Errors
+    /// [`ReconstructionError::Storage`] for a transform of another number of moments, and for a bound that needs depths
+    /// in \[0, 1\].
+    pub fn stored(self, storage: Storage) -> Result<Self, ReconstructionError> {
+        let (order, name) = (self.channels(), self.bound.name());
+        let refused = ReconstructionError::Storage { storage, order, name };
+        if storage != Storage::Unit && self.bound.interval() != Interval::Real {
+            return Err(refused);
+        }
+        let stored = StoredPowers::new(storage, order).ok().flatten().ok_or(refused)?;
+        Ok(Self { stored, centre: stored.ends(), ..self })
+    }
+
+    /// The same with b* given, moments of the variable whose powers are stored; GDC16 takes (0, 0.63, 0, 0.63) for depths
+    /// in \[-1, 1\], the best for the worst case.
+    ///
+    /// # Errors
+    /// [`ReconstructionError::Centre`] for another number of moments.
+    pub fn centred(self, centre: &[f64]) -> Result<Self, ReconstructionError> {
+        let (order, name) = (self.channels(), self.bound.name());
+        if centre.len() != order {
+            return Err(ReconstructionError::Centre { got: centre.len(), order, name });
+        }
+        let mut padded = [R::zero(); MAX_CHANNELS];
+        padded.iter_mut().zip(centre).for_each(|(out, &c)| *out = R::from_f64(c));
+        Ok(Self { centre: padded, ..self })
     }
 
     /// How moments are read.
@@ -141,7 +196,23 @@ impl<R: Real> Reconstruction<R> {
             Warp::None => Warp::None,
             Warp::Exponential(c) => Warp::Exponential(cast(c)),
         };
-        Reconstruction { warp, bound: self.bound, moment_bias: cast(self.moment_bias) }
+        Reconstruction {
+            warp,
+            bound: self.bound,
+            moment_bias: cast(self.moment_bias),
+            stored: self.stored.cast(),
+            centre: self.centre.map(cast),
+        }
+    }
+
+    /// Which powers are stored.
+    pub fn storage(&self) -> Storage {
+        self.stored.storage()
+    }
+
+    /// b*.
+    pub fn centre(&self) -> &[R] {
+        &self.centre[..self.channels()]
     }
 
     /// Number of stored channels.
@@ -151,31 +222,35 @@ impl<R: Real> Reconstruction<R> {
 
     /// Stored values of a depth.
     pub fn encode(&self, depth: R, out: &mut [R]) {
-        let warped = self.warp.apply(depth);
-        let mut power = R::one();
-        for value in out.iter_mut().take(self.channels()) {
-            power = power * warped;
-            *value = power;
-        }
+        let channels = self.channels();
+        self.stored.encode(self.warp.apply(depth), &mut out[..channels]);
     }
 
     /// The share in front of depth `z`, at least; `means` are those of the stored values.
     pub fn intensity(&self, means: &Means<R>, z: R) -> R {
-        self.bound.bounds(&self.biased(means), self.warp.apply(z)).lower
+        self.bound.bounds(&self.biased(means), self.variable(z)).lower
     }
 
     /// What lies in front of depth `z` if the distribution is the extremal one.
     pub fn blockers(&self, means: &Means<R>, z: R) -> Blockers<R> {
-        let found = self.bound.in_front(&self.biased(means), self.warp.apply(z));
+        let found = self.bound.in_front(&self.biased(means), self.variable(z));
         let points = found.iter().flat_map(|found| found.points());
-        points.fold(Blockers::none(), |sum, &(depth, weight)| sum.with(self.warp.invert(depth), weight))
+        points.fold(Blockers::none(), |sum, &(depth, weight)| {
+            sum.with(self.warp.invert(self.stored.depth(depth)), weight)
+        })
+    }
+
+    fn variable(&self, z: R) -> R {
+        self.stored.variable(self.warp.apply(z))
     }
 
     fn biased(&self, means: &Means<R>) -> Means<R> {
-        let half = R::from_f64(0.5) * self.moment_bias;
+        let alpha = self.moment_bias;
         let mut biased = [R::zero(); MAX_CHANNELS];
-        for (out, &mean) in biased.iter_mut().zip(means).take(self.channels()) {
-            *out = (R::one() - self.moment_bias) * mean + half;
+        let moments = self.stored.decode(means);
+        for ((out, &mean), &centre) in biased.iter_mut().zip(&moments).zip(&self.centre).take(self.channels())
+        {
+            *out = (R::one() - alpha) * mean + alpha * centre;
         }
         biased
     }
@@ -253,6 +328,32 @@ mod tests {
         assert!(error(four, Warp::None, -0.1).contains("moment_bias = -0.1"));
         assert!(error(four, Warp::Exponential(0.0), 0.0).contains("exponent = 0"));
         assert!(error(four, Warp::Exponential(f64::NAN), 0.0).contains("exponent = NaN"));
+    }
+
+    #[test]
+    fn storages_say_the_same_of_the_same_depths() {
+        let atoms = [(0.2, 0.3), (0.5, 0.2), (0.8, 0.5)];
+        let unit = plain(MomentBound::Hamburger4, Warp::None);
+        let expected = unit.blockers(&means(&unit, &atoms), 0.7);
+        for storage in [Storage::Signed, Storage::Sparse] {
+            let other = unit.stored(storage).unwrap();
+            let found = other.blockers(&means(&other, &atoms), 0.7);
+            assert!((found.mass - expected.mass).abs() < 1e-9, "{storage:?} {found:?} {expected:?}");
+            assert!((found.depth_sum - expected.depth_sum).abs() < 1e-9, "{storage:?}");
+        }
+        let biased = Reconstruction::new(MomentBound::Hamburger4, Warp::None, 0.5).unwrap();
+        let signed = biased.stored(Storage::Signed).unwrap();
+        let b = means(&signed, &atoms);
+        let ends = signed.intensity(&b, 0.7);
+        let (same, inner) = (signed.centred(&[0.0, 1.0, 0.0, 1.0]), signed.centred(&[0.0, 0.63, 0.0, 0.63]));
+        assert_eq!(same.unwrap().intensity(&b, 0.7), ends);
+        assert!(inner.unwrap().intensity(&b, 0.7) != ends);
+        let error = |found: Result<Reconstruction<f64>, ReconstructionError>| found.unwrap_err().to_string();
+        assert!(error(signed.centred(&[0.0])).contains("centre has 1 numbers"));
+        let hausdorff = plain(MomentBound::Hausdorff4, Warp::None);
+        assert!(error(hausdorff.stored(Storage::Signed)).contains("storage = Signed"));
+        let six = plain(MomentBound::Hamburger6, Warp::None);
+        assert!(error(six.stored(Storage::Sparse)).contains("6 moments"));
     }
 
     #[test]

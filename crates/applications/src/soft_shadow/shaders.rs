@@ -8,7 +8,7 @@ use moment_problem::wgsl::ELEMENTARY;
 use quantization::NumberFormat;
 use shaders::{array, constant, count, flag, unroll};
 
-use super::{BlockerSearch, Filter, LEAST_BIAS_SHARE, Penumbra, Reconstruction, Warp};
+use super::{BlockerSearch, Filter, LEAST_BIAS_SHARE, Penumbra, Reconstruction, Storage, Warp};
 use crate::field::Fit;
 
 const REGION: &str = include_str!("../region.wgsl");
@@ -21,6 +21,9 @@ const FILTERABLE: &str = include_str!("filterable.wgsl");
 const FIXED_SIZE: &str = include_str!("fixed_size.wgsl");
 const PERCENTAGE_CLOSER: &str = include_str!("percentage_closer.wgsl");
 const SHADE: &str = include_str!("shade.wgsl");
+
+/// Stands for no limit of widths, as shaders have no infinite constant.
+const UNLIMITED: f64 = 1e30;
 
 const TABLE: &str = "@group(0) @binding(0) var<storage, read> table: array<u32>;";
 const DEPTHS: &str = "@group(0) @binding(0) var depths: texture_2d<f32>;";
@@ -42,7 +45,7 @@ pub enum FilterSize<'a> {
 }
 
 /// Shades fragments by two queries to a field of moments, or by one of fixed size; regions may have `texels` texels.
-/// `None` for bounds without a shader.
+/// `None` for bounds without a shader, for powers that are not stored as they are, and for dithered corners.
 pub fn filterable_shader(
     technique: &Reconstruction<f64>,
     size: [usize; 2],
@@ -50,13 +53,16 @@ pub fn filterable_shader(
     filter_size: FilterSize<'_>,
     filter: &Filter<f64>,
 ) -> Option<String> {
+    if technique.storage() != Storage::Unit || filter.dithered {
+        return None;
+    }
     let mut constants = of_technique(technique, size, texels) + &of_filter(filter);
     let bound = technique.bound();
     let alpha = technique.moment_bias();
     for (name, value) in [("ALPHA", alpha), ("KEEP", 1.0 - alpha)] {
         constants += &constant(name, value);
     }
-    constants += &array("CENTRE", &vec![0.5; bound.order()]);
+    constants += &array("CENTRE", technique.centre());
     // Powers of depths themselves, whatever the bound would store.
     constants += &flag("SIGNED", false);
     let mut parts = vec![TABLE];
@@ -124,7 +130,8 @@ fn of_filter(filter: &Filter<f64>) -> String {
 
 fn of_search(search: &BlockerSearch<f64>) -> String {
     constant("SEARCH_EPSILON", search.epsilon)
-        + &constant("SEARCH_BIAS", search.bias)
+        + &constant("SEARCH_BIAS_SHARE", search.bias_share)
+        + &constant("MOST_WIDTH", search.most_width.min(UNLIMITED))
         + &constant("UMBRA", search.umbra)
         + &format!("const SEARCH_FIT: u32 = {};\n", fit_name(search.fit))
 }

@@ -14,9 +14,14 @@ struct Blockers {
     depth_sum: f32,
 }
 
+// Neither region exceeds MOST_WIDTH.
+fn limited(widths: vec2<f32>) -> vec2<f32> {
+    return vec2<f32>(smaller(widths.x, MOST_WIDTH), smaller(widths.y, MOST_WIDTH));
+}
+
 fn search_widths(penumbra: Penumbra, z: f32) -> vec2<f32> {
     let reach = z * penumbra.depth_range;
-    return penumbra.light * select(reach, reach / (penumbra.near + reach), penumbra.near > 0.0);
+    return limited(penumbra.light * select(reach, reach / (penumbra.near + reach), penumbra.near > 0.0));
 }
 
 fn filter_widths(penumbra: Penumbra, z: f32, average: f32) -> vec2<f32> {
@@ -25,9 +30,9 @@ fn filter_widths(penumbra: Penumbra, z: f32, average: f32) -> vec2<f32> {
     if penumbra.near > 0.0 {
         let receiver = penumbra.near + z * penumbra.depth_range;
         let blocked = penumbra.near + blocker * penumbra.depth_range;
-        return penumbra.light * (apart * penumbra.near / (receiver * blocked));
+        return limited(penumbra.light * (apart * penumbra.near / (receiver * blocked)));
     }
-    return penumbra.light * apart;
+    return limited(penumbra.light * apart);
 }
 
 // Drawn towards the receiver by a weight of SEARCH_EPSILON there; not clamped.

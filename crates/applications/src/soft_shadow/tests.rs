@@ -1,7 +1,7 @@
 //! Exact cases of all methods.
 
 use super::*;
-use crate::field::{MomentField, SummedMoments};
+use crate::field::{MomentField, StoredSums, Table};
 use crate::rays::Triangles;
 use crate::{PlacedLight, errors, truths};
 use moment_problem::MomentBound;
@@ -43,29 +43,29 @@ fn techniques() -> Vec<Reconstruction<f64>> {
         .collect()
 }
 
-fn summed(map: &DepthMap, technique: &Reconstruction<f64>, texels: u32) -> SummedMoments {
-    SoftMethod::field(map, technique, texels).unwrap()
+fn summed(map: &DepthMap, technique: &Reconstruction<f64>, texels: u32) -> StoredSums {
+    SoftMethod::field(Table::Uint32, map, technique, texels).unwrap()
 }
 
 fn fragment(x: f64, depth: f64) -> Fragment<f64> {
-    Fragment { position: [x, 40.3], depth, bias: BIAS }
+    Fragment { position: [x, 40.3], depth, bias: BIAS, noise: [0.5; 2] }
 }
 
 /// What the methods with moments make of a fragment.
 fn soft(
-    field: &SummedMoments,
+    field: &StoredSums,
     technique: &Reconstruction<f64>,
     light: &Penumbra<f64>,
     epsilon: f64,
     at: &Fragment<f64>,
 ) -> f64 {
-    let search = BlockerSearch { epsilon, ..BlockerSearch::published() };
+    let search = BlockerSearch { epsilon, bias_share: 0.0, ..BlockerSearch::published() };
     filterable_soft_shadow(field, technique, light, &search, &Filter::published(), at).unwrap()
 }
 
 /// Every texel asked.
 fn exact(map: &DepthMap, light: &Penumbra<f64>, at: &Fragment<f64>) -> f64 {
-    let search = BlockerSearch { bias: BIAS, ..BlockerSearch::percentage_closer() };
+    let search = BlockerSearch::percentage_closer();
     percentage_closer_soft_shadow(map, light, &search, &Filter::published(), at)
 }
 
@@ -164,8 +164,8 @@ fn methods_are_estimates_of_the_truth() {
     let technique = techniques()[2];
     let field = summed(&map, &technique, penumbra.largest_region([SIZE; 2]));
     let filter = Filter::published();
-    let search = BlockerSearch { epsilon: 1e-6, ..BlockerSearch::published() };
-    let compared = BlockerSearch { bias: BIAS, ..BlockerSearch::percentage_closer() };
+    let search = BlockerSearch { epsilon: 1e-6, bias_share: 0.0, ..BlockerSearch::published() };
+    let compared = BlockerSearch::percentage_closer();
     for (method, allowed) in [
         (SoftMethod::PercentageCloser(compared, filter), 0.015),
         (SoftMethod::Filterable(field.clone(), technique, search, filter), 0.015),
@@ -218,20 +218,16 @@ fn constant_depth_is_lit() {
 #[test]
 fn single_precision_follows() {
     let (map, light) = (step(), lamp(1.0));
-    let small = Penumbra {
-        half_size: light.half_size.map(|v| v as f32),
-        near: Some(1.0f32),
-        depth_range: 4.0,
-        texels_per_unit: [20.0; 2],
-    };
+    let small = light.cast::<f32>();
     for technique in techniques().into_iter().filter(|t| t.bound() != MomentBound::Hamburger6) {
         let field = summed(&map, &technique, light.largest_region([SIZE; 2]));
         let single = technique.cast::<f32>();
         for i in 0..100 {
             let at = fragment(38.0 + 0.2 * f64::from(i), 0.7);
             let expected = soft(&field, &technique, &light, 0.01, &at);
-            let at = Fragment { position: at.position.map(|c| c as f32), depth: 0.7f32, bias: BIAS as f32 };
-            let (search, filter) = (BlockerSearch::published(), Filter::published());
+            let at = at.cast::<f32>();
+            let search = BlockerSearch { bias_share: 0.0, ..BlockerSearch::published() };
+            let filter = Filter::published();
             let found = filterable_soft_shadow(&field, &single, &small, &search, &filter, &at).unwrap();
             let error = (f64::from(found) - expected).abs();
             assert!(error < 0.02, "{technique:?} {at:?}: {found} against {expected}");
@@ -249,4 +245,56 @@ fn biases_grow_with_the_filter() {
     assert!((compared(5.0) - (0.5 - 0.5 * BIAS)).abs() < 1e-15);
     assert!((compared(0.0) - (0.5 - 0.1 * BIAS)).abs() < 1e-15);
     assert_eq!(filter.applied(&fragment(8.0, 0.5), [0.0; 2]).0.high[0], 8.25);
+}
+
+/// Corners rounded by every noise alike are interpolated on average; no region is lost.
+#[test]
+fn dithered_corners_are_interpolated_on_average() {
+    let (map, light) = (step(), lamp(0.6));
+    let technique = techniques()[2];
+    let field = summed(&map, &technique, light.largest_region([SIZE; 2]));
+    let filter = Filter { dithered: true, fit: Fit::Nearest, ..Filter::published() };
+    for x in [46.3, 48.0, 49.1] {
+        let at = fragment(x, RECEIVER);
+        let widths = [5.3, 4.2];
+        let of = |filter: &Filter<f64>, at: &Fragment<f64>| {
+            filtered_hard_shadow(&field, &technique, widths, filter, at).unwrap()
+        };
+        let count = 40;
+        let noises =
+            (0..count * count).map(|i| [i % count, i / count].map(|k| (k as f64 + 0.5) / count as f64));
+        let mean =
+            noises.map(|noise| of(&filter, &Fragment { noise, ..at })).sum::<f64>() / (count * count) as f64;
+        let expected = of(&Filter::published(), &at);
+        assert!((mean - expected).abs() < 0.02, "{x}: {mean} {expected}");
+    }
+}
+
+/// Every method under every option sees a light without size as a hard shadow, and nothing in front of one depth.
+#[test]
+fn options_keep_the_exact_cases() {
+    let map = step();
+    let flat = DepthMap::new(SIZE, SIZE, vec![0.5; SIZE * SIZE]).unwrap();
+    let four = Reconstruction::new(MomentBound::Hamburger4, Warp::None, 5e-6).unwrap();
+    for storage in [Storage::Unit, Storage::Signed, Storage::Sparse] {
+        let technique = four.stored(storage).unwrap();
+        for table in [Table::Uint32, Table::Float64] {
+            for dithered in [false, true] {
+                let filter = Filter { dithered, full_bias_width: 12.0, ..Filter::published() };
+                let shade = |map: &DepthMap, light: &Penumbra<f64>, at: &Fragment<f64>| {
+                    let texels = light.largest_region([SIZE; 2]);
+                    let field = SoftMethod::field(table, map, &technique, texels).unwrap();
+                    let search = BlockerSearch::published();
+                    filterable_soft_shadow(&field, &technique, light, &search, &filter, at).unwrap()
+                };
+                for (x, hard) in [(20.2, 1.0), (47.4, 1.0), (48.6, 0.0), (90.0, 0.0)] {
+                    let at = Fragment { noise: [0.0; 2], ..fragment(x, 0.5) };
+                    let found = shade(&map, &lamp(0.0), &at);
+                    assert!((found - hard).abs() < 2e-3, "{storage:?} {table:?} {dithered} {x}: {found}");
+                }
+                let lit = shade(&flat, &lamp(1.0), &fragment(31.3, 0.5));
+                assert!((0.0..0.02).contains(&lit), "{storage:?} {table:?} {dithered}: {lit}");
+            }
+        }
+    }
 }

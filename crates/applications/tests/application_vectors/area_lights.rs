@@ -141,7 +141,7 @@ pub fn percentage_closer(table: &Table) -> Result<(), Failed> {
         let found = map.in_front(&region, Fit::Covered, z);
         row.close("p_search", found.mass, ROUNDING)?;
         let shade = |search: &BlockerSearch<f64>| {
-            let at = Fragment { position, depth: z, bias: 0.0 };
+            let at = Fragment { position, depth: z, bias: 0.0, noise: [0.0; 2] };
             percentage_closer_soft_shadow(&map, &light, search, &Filter::published(), &at)
         };
         // A small kernel magnifies the rounding of where it lies.

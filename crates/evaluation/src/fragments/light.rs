@@ -7,7 +7,6 @@ use scenes::{AreaLight, Outline};
 use shadow_renderer::LightFrame;
 
 /// The light where shadow rays find it.
-#[cfg_attr(not(test), expect(dead_code, reason = "for experiments with soft shadows"))]
 pub(crate) fn placed(light: &AreaLight, frame: &LightFrame) -> PlacedLight {
     PlacedLight::new(light, [frame.right, frame.down, frame.forward])
 }
@@ -16,7 +15,6 @@ pub(crate) fn placed(light: &AreaLight, frame: &LightFrame) -> PlacedLight {
 ///
 /// A rectangle whose half axes are not perpendicular counts as the one around it along the map's axes, and so does an
 /// ellipse whose axes are none of the map's.
-#[cfg_attr(not(test), expect(dead_code, reason = "for experiments with soft shadows"))]
 pub(crate) fn penumbra(light: &AreaLight, frame: &LightFrame) -> Penumbra<f64> {
     let half_size = match *light {
         AreaLight::Sun { degrees, .. } => degrees.map(|size| (0.5 * size.to_radians()).tan()),

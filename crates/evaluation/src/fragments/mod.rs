@@ -1,10 +1,12 @@
 //! From a scene to the fragments of its light views: what every kind of experiment on scenes starts from.
 
+mod camera;
 pub(crate) mod light;
 mod reference;
 mod settings;
 mod view_record;
 
+pub(crate) use camera::Seen;
 pub use reference::ReferenceRecord;
 pub(crate) use reference::reference_records;
 pub use settings::SceneSettings;

@@ -4,6 +4,7 @@ pub(crate) mod bounds;
 pub(crate) mod filterable;
 pub(crate) mod quantization;
 pub(crate) mod search;
+pub(crate) mod soft_shadows;
 pub(crate) mod speed_accuracy;
 pub(crate) mod stability;
 
@@ -17,4 +18,5 @@ pub(crate) static KINDS: &[Kind] = &[
     Kind::of::<search::SearchExperiment>(),
     Kind::of::<stability::StabilityExperiment>(),
     Kind::of::<speed_accuracy::SpeedAccuracyExperiment>(),
+    Kind::of::<soft_shadows::SoftShadowsExperiment>(),
 ];

@@ -44,11 +44,12 @@ const GAP: u32 = 12;
 const LABEL: u32 = 20;
 const COLUMNS: u32 = 4;
 
-/// The sheet as an SVG document: one tile a technique, and a scale.
+/// The sheet as an SVG document: one tile a technique, and a scale beside two lines on what a pixel shows.
 pub(crate) fn error_sheet(
     tiles: &[(String, PathBuf)],
     title: &str,
     colours: ErrorColours,
+    pixel: [&str; 2],
 ) -> Result<String, ReportError> {
     if tiles.is_empty() {
         return Err(ReportError::Empty { figure: title.to_owned() });
@@ -81,12 +82,12 @@ pub(crate) fn error_sheet(
             y + LABEL
         );
     }
-    text.push_str(&bar(colours, scale));
+    text.push_str(&bar(colours, scale, pixel));
     text.push_str("</svg>\n");
     Ok(text)
 }
 
-fn bar(colours: ErrorColours, y: u32) -> String {
+fn bar(colours: ErrorColours, y: u32, [above, below]: [&str; 2]) -> String {
     let (from, to) = if colours == ErrorColours::Signed { (-FULL, FULL) } else { (0.0, FULL) };
     let (steps, step) = (64, 5);
     let mut text = String::new();
@@ -108,8 +109,8 @@ fn bar(colours: ErrorColours, y: u32) -> String {
     let _ = writeln!(
         text,
         "<text x=\"{GAP}\" y=\"{0}\">{left}</text>\n<text x=\"{end}\" y=\"{0}\" text-anchor=\"end\">{right}</text>\n\
-         <text x=\"{1}\" y=\"{2}\">a pixel shows the fragment of largest error</text>\n\
-         <text x=\"{1}\" y=\"{0}\">in its texels, whatever the layer</text>",
+         <text x=\"{1}\" y=\"{2}\">{above}</text>\n\
+         <text x=\"{1}\" y=\"{0}\">{below}</text>",
         y + 28,
         end + 16,
         y + 11

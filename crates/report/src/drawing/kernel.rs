@@ -13,10 +13,17 @@ use plotters::style::text_anchor::{HPos, VPos};
 pub(crate) const WIDTH: u32 = 800;
 pub(crate) const TITLE: u32 = 30;
 
-/// A kernel as an image beside charts of this height, which stand below each other above their legend.
+/// A rectangle over a kernel, in texels from its upper left corner.
+pub(crate) struct Outlined {
+    pub(crate) corner: [f64; 2],
+    pub(crate) size: [f64; 2],
+    pub(crate) colour: RGBColor,
+}
+
+/// A kernel with rectangles over it as an image beside charts of this height, which stand below each other above their legend.
 pub(crate) fn beside_charts(
     (id, title): (&str, &str),
-    (name, texels): (&str, &[&KernelRecord]),
+    kernel: (&str, &[&KernelRecord], &[Outlined]),
     (charts, height): (&[Chart<'_>], u32),
     entries: &[(Stroke, String)],
 ) -> Result<String, ReportError> {
@@ -27,7 +34,7 @@ pub(crate) fn beside_charts(
         let (top, rest) = root.split_vertically(TITLE * FINE);
         draw_title(&top, title)?;
         let (left, right) = rest.split_horizontally(KERNEL * FINE);
-        draw_kernel(&left, texels, name)?;
+        draw_kernel(&left, kernel)?;
         let (upper, lower) = right.split_vertically(height * FINE);
         for (chart, area) in charts.iter().zip(upper.split_evenly((charts.len(), 1))) {
             chart.draw(&area)?;
@@ -44,24 +51,35 @@ pub(crate) fn draw_title(area: &Area<'_>, title: &str) -> Drawn {
 }
 
 /// Texels as grey squares, white at the light and black at the far plane.
-fn draw_kernel(area: &Area<'_>, texels: &[&KernelRecord], name: &str) -> Drawn {
+fn draw_kernel(area: &Area<'_>, (name, texels, outlined): (&str, &[&KernelRecord], &[Outlined])) -> Drawn {
     let fine = FINE as i32;
-    let across = 1 + texels.iter().map(|t| t.x_texel.max(t.y_texel)).max().unwrap_or_default() as i32;
+    let end =
+        |of: &dyn Fn(&KernelRecord) -> usize| texels.iter().map(|t| of(t) + 1).max().unwrap_or(1) as i32;
+    let (across, down) = (end(&|texel| texel.x_texel), end(&|texel| texel.y_texel));
     let (left, top) = (24 * fine, 24 * fine);
-    let side = (area.dim_in_pixel().0 as i32 - left - 10 * fine) / across;
-    let edge = across * side;
+    let side = (area.dim_in_pixel().0 as i32 - left - 10 * fine) / across.max(down);
+    let edges = [across * side, down * side];
     for texel in texels {
         let (x, y) = (side * texel.x_texel as i32, side * texel.y_texel as i32);
         // A pixel larger than the texel, lest the paper shines through; the next texel covers it.
-        let (right, bottom) = ((x + side + fine).min(edge), (y + side + fine).min(edge));
+        let (right, bottom) = ((x + side + fine).min(edges[0]), (y + side + fine).min(edges[1]));
         let grey = (255.0 * (1.0 - texel.depth)).round() as u8;
         let corners = [(left + x, top + y), (left + right, top + bottom)];
         area.draw(&Rectangle::new(corners, RGBColor(grey, grey, grey).filled()))?;
     }
-    area.draw(&Rectangle::new([(left, top), (left + edge, top + edge)], BLACK.stroke_width(3)))?;
-    let below = top + edge + 12 * fine;
+    let border = [(left, top), (left + edges[0], top + edges[1])];
+    area.draw(&Rectangle::new(border, BLACK.stroke_width(3)))?;
+    for Outlined { corner, size, colour } in outlined {
+        let place = |k: usize, share: f64| {
+            let at = f64::from(side) * (corner[k] + share * size[k]);
+            (at.round() as i32).clamp(0, edges[k])
+        };
+        let corners = [0.0, 1.0].map(|share| (left + place(0, share), top + place(1, share)));
+        area.draw(&Rectangle::new(corners, colour.stroke_width(9)))?;
+    }
+    let below = top + edges[1] + 12 * fine;
     let lines = [
-        format!("{across} x {across} texels: {name}"),
+        format!("{across} x {down} texels: {name}"),
         "grey: depth, white 0 (light)".to_owned(),
         "to black 1 (far plane)".to_owned(),
     ];

@@ -15,7 +15,7 @@ pub(crate) use canvas::{
 pub(crate) use chart::{Arrow, Chart, Curve, DEPTH_LABEL, INTENSITY_LABEL};
 pub(crate) use error_sheet::{ErrorColours, error_sheet};
 pub(crate) use hover::{around, escaped, grid, spot};
-pub(crate) use kernel::{TITLE, WIDTH, beside_charts, draw_title};
+pub(crate) use kernel::{Outlined, TITLE, WIDTH, beside_charts, draw_title};
 pub(crate) use palette::{
     BLACK, BLUE, CURVE_COLOURS, GREEN, GRID, ORANGE, PURPLE, SKY_BLUE, VERMILLION, css,
 };

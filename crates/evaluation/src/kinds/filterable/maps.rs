@@ -5,10 +5,10 @@ use super::plan::FilterablePlan;
 use super::view::View;
 use crate::error::EvaluationError;
 use crate::experiment::keys::words;
+use crate::pictures::{png, signed_grey};
 use crate::run_directory::RecordedFile;
 use applications::errors;
-use image::{GrayImage, ImageFormat, Luma};
-use std::io::Cursor;
+use image::GrayImage;
 
 /// The maps of a view, if the experiment wants any.
 pub(crate) fn draw(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<RecordedFile>, EvaluationError> {
@@ -24,12 +24,8 @@ pub(crate) fn draw(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<Recorde
         let shader = method.prepare(&view.map, &plan.kernel).map_err(fail)?;
         let errors = errors(&application, &shader, &view.receivers).map_err(fail)?;
         let image = reduced(view, settings.size, &errors);
-        let mut bytes = Vec::new();
-        image.write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png).map_err(|error| {
-            EvaluationError::Table { table: "error maps".to_owned(), reason: error.to_string() }
-        })?;
         let scene = plan.experiment.scenery.words(&view.scene);
-        files.push(RecordedFile { name: map_name(&scene, &view.name, &technique.name), bytes });
+        files.push(png(map_name(&scene, &view.name, &technique.name), image.into())?);
     }
     Ok(files)
 }
@@ -53,8 +49,7 @@ fn reduced(view: &View, limit: u32, errors: &[f64]) -> GrayImage {
         }
     }
     GrayImage::from_fn(width as u32, height as u32, |x, y| {
-        let error = worst[y as usize * width + x as usize];
-        Luma([(128.0 + 127.0 * error).round().clamp(0.0, 255.0) as u8])
+        signed_grey(worst[y as usize * width + x as usize])
     })
 }
 

@@ -4,18 +4,14 @@ use super::plan::FilterablePlan;
 use super::records::FilterableSample;
 use super::view::View;
 use crate::error::EvaluationError;
+use crate::timing::alone;
 use applications::{Estimate, ShadowMethod};
 use std::hint::black_box;
 use std::time::Instant;
 
 /// Filter and shading times of every closed-form technique on a view.
 pub(crate) fn time(plan: &FilterablePlan<'_>, view: &View) -> Result<Vec<FilterableSample>, EvaluationError> {
-    let fail = |error: rayon::ThreadPoolBuildError| EvaluationError::Threads {
-        threads: 1,
-        reason: error.to_string(),
-    };
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(fail)?;
-    alone.install(|| {
+    alone(|| {
         let mut samples = Vec::new();
         let techniques = plan.experiment.technique.iter().zip(&plan.methods);
         for (settings, method) in techniques.filter(|(settings, _)| !settings.is_certified()) {

@@ -4,7 +4,8 @@ use super::candidate::Candidate;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, not_empty, words};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::{MAX_SIZE, SceneSettings};
+use crate::fragments::SceneSettings;
+use crate::pictures::check_output;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
@@ -326,15 +327,8 @@ impl SpeedAccuracyExperiment {
             let reason = format!("picture `{}`: {reason}", picture.id);
             Err(EvaluationError::Key { key: place.to_owned(), reason })
         };
-        let [width, height] = picture.output;
-        if width == 0 || height == 0 || width > MAX_SIZE || height > MAX_SIZE {
-            return fail(format!("output = {width}x{height} is not between 1 and {MAX_SIZE}"));
-        }
-        for &[x, y, side] in &picture.insets {
-            let end = |start: u32| u64::from(start) + u64::from(side);
-            if side == 0 || end(x) > u64::from(width) || end(y) > u64::from(height) {
-                return fail(format!("inset [{x}, {y}, {side}] is not inside {width}x{height}"));
-            }
+        if let Err(reason) = check_output(picture.output, &picture.insets) {
+            return fail(reason);
         }
         for name in &picture.techniques {
             let known =

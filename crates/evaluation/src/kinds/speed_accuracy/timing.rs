@@ -4,6 +4,7 @@ use super::candidate::Candidate;
 use super::records::SpeedSample;
 use super::scenery::{SceneView, SpeedPlan};
 use crate::error::EvaluationError;
+use crate::timing::alone;
 use shadow_filtering::{FilteringError, Kernel, encode, filter};
 use std::hint::black_box;
 use std::time::Instant;
@@ -23,15 +24,10 @@ pub(crate) fn time(
     sample: &[u32],
 ) -> Result<Vec<SpeedSample>, EvaluationError> {
     let settings = plan.experiment.timing;
-    let fail = |error: rayon::ThreadPoolBuildError| EvaluationError::Threads {
-        threads: 1,
-        reason: error.to_string(),
-    };
-    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(fail)?;
     let fragments = &sample[..sample.len().min(settings.fragments)];
     let mut samples = Vec::new();
     let filtering = |error: FilteringError| EvaluationError::Value(format!("timing: {error}"));
-    alone.install(|| {
+    alone(|| {
         for repetition in 0..settings.repetitions {
             for (index, candidate) in plan.candidates.iter().enumerate() {
                 // Double precision does not depend on the format.

@@ -52,7 +52,7 @@ impl Sheet<'_> {
         });
         let charts: Vec<Chart<'_>> = charts.collect();
         let figure = (self.figure.id.as_str(), self.figure.title.as_str());
-        let kernel = (self.figure.kernels[0].as_str(), texels);
+        let kernel = (self.figure.kernels[0].as_str(), texels, &[][..]);
         beside_charts(figure, kernel, (&charts, CHART), &self.legend_entries(&self.panels))
     }
 

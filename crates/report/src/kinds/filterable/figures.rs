@@ -10,6 +10,9 @@ use crate::page::Drawing;
 use evaluation::{KernelRecord, Picture, PictureRecord, RunDirectory, map_name};
 use moment_problem::DepthDistribution;
 
+/// What a pixel of an error map shows.
+const PIXEL: [&str; 2] = ["a pixel shows the fragment of largest error", "in its texels, whatever the layer"];
+
 /// All figures of a run.
 pub(crate) fn draw(run: &RunDirectory, tables: &FilterableTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let experiment = tables.experiment;
@@ -33,12 +36,12 @@ pub(crate) fn draw(run: &RunDirectory, tables: &FilterableTables<'_>) -> Result<
         let (error, leak) = (titled("|G - F|"), titled("G - F"));
         figures.push(Drawing {
             id: format!("error-{stem}"),
-            svg: error_sheet(&tiles, &error, ErrorColours::Magnitude)?,
+            svg: error_sheet(&tiles, &error, ErrorColours::Magnitude, PIXEL)?,
             title: error,
         });
         figures.push(Drawing {
             id: format!("leak-{stem}"),
-            svg: error_sheet(&tiles, &leak, ErrorColours::Signed)?,
+            svg: error_sheet(&tiles, &leak, ErrorColours::Signed, PIXEL)?,
             title: leak,
         });
     }
@@ -104,7 +107,7 @@ fn kernel(tables: &FilterableTables<'_>, picture: &Picture) -> Result<Drawing, R
         curves,
         arrows: arrows.into_iter().collect(),
     };
-    let kernel = ("layer 0", &texels.iter().collect::<Vec<_>>()[..]);
+    let kernel = ("layer 0", &texels.iter().collect::<Vec<_>>()[..], &[][..]);
     let svg = beside_charts((&picture.id, &title), kernel, (&[chart], CHART), &entries)?;
     Ok(Drawing { id: picture.id.clone(), title, svg })
 }

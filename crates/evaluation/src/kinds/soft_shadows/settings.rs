@@ -1,0 +1,281 @@
+//! The TOML keys of the kind `soft-shadows`.
+
+use super::method::MethodSetting;
+use super::sweep::Sweep;
+use crate::error::EvaluationError;
+use crate::experiment::keys::{file_name, in_key, not_empty, unique};
+use crate::experiment::kind::{RunContext, Settings};
+use crate::fragments::{MAX_SIZE, SceneSettings};
+use crate::pictures::check_output;
+use crate::role::{Role, check_roles};
+use crate::run::Recorded;
+use applications::soft_shadow::{AreaTruth, TruthSettings};
+use scenes::{AreaLight, LightView};
+use serde::{Deserialize, Serialize};
+use shadow_filtering::DepthBias;
+
+/// The TOML keys of this kind, beside `kind` and `scale`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoftShadowsExperiment {
+    /// Scenes and shadow maps; its keys stand beside the others. The kernel is what receivers keep from the map's
+    /// border; the seed is that of rays and noise, too.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
+    /// Width and height in pixels of what the camera sees.
+    pub camera: [u32; 2],
+    /// Pixels a view of those that show a surface which faces the light, spread evenly; 0 for all.
+    pub pixels: usize,
+    /// Shadow rays.
+    pub truth: TruthSetting,
+    /// Depth biases; every method is told with the best of them for each light; sweeps take the first.
+    pub bias: Vec<DepthBias>,
+    /// The lights, each for the views that it is meant for.
+    pub light: Vec<LightSetting>,
+    /// What is timed.
+    pub timing: SoftTiming,
+    /// The methods; the first is the one that the others imitate.
+    pub technique: Vec<SoftTechnique>,
+    /// What is varied on its own.
+    #[serde(default)]
+    pub sweep: Vec<Sweep>,
+    /// Receivers a view and light for sweeps.
+    #[serde(default)]
+    pub sweep_fragments: usize,
+    /// Pictures with error maps.
+    #[serde(default)]
+    pub picture: Vec<SoftPicture>,
+    /// Single receivers.
+    #[serde(default)]
+    pub receiver: Vec<ReceiverPicture>,
+}
+
+/// When shadow rays stop.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TruthSetting {
+    /// Standard error of each receiver's truth, a fraction of the light.
+    pub standard_error: f64,
+    /// Most rays a receiver.
+    pub most_rays: usize,
+}
+
+/// A light.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightSetting {
+    /// Name in records.
+    pub name: String,
+    /// As for `--light`: `sun:DEGREES` or `sun:AxB`, for all views whose light has no extent. Without it: the lights that
+    /// views have themselves, such as lamps.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shape: Option<String>,
+}
+
+/// Timings on one thread.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoftTiming {
+    /// How often every method shades the first view's receivers under its last light.
+    pub repetitions: usize,
+}
+
+/// A method with its names.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoftTechnique {
+    /// Name in records and legends.
+    pub name: String,
+    /// Part in what papers claim, unique among its like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<String>,
+    /// What it does.
+    pub method: MethodSetting,
+}
+
+/// The scene from its camera with the truth, then with each technique; below, parts magnified.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoftPicture {
+    /// File name without extension.
+    pub id: String,
+    /// Scene, as in `scenes`.
+    pub scene: String,
+    /// View; the first without one.
+    #[serde(default)]
+    pub view: String,
+    /// Name of a light.
+    pub light: String,
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+    /// Width and height of one picture in pixels.
+    pub output: [u32; 2],
+    /// Left, top and side of squares to magnify, in pixels.
+    #[serde(default)]
+    pub insets: Vec<[u32; 3]>,
+}
+
+/// What techniques make of the receiver where the first of them errs most, in a wide penumbra if there is one.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReceiverPicture {
+    /// File name without extension.
+    pub id: String,
+    /// Scene, as in `scenes`.
+    pub scene: String,
+    /// View; the first without one.
+    #[serde(default)]
+    pub view: String,
+    /// Name of a light.
+    pub light: String,
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+}
+
+impl Role for SoftTechnique {
+    fn role(&self) -> Option<&str> {
+        self.role.as_deref()
+    }
+}
+
+fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
+    Err(EvaluationError::key(key, reason))
+}
+
+impl Settings for SoftShadowsExperiment {
+    const KIND: &'static str = "soft-shadows";
+    const ON_SCENES: bool = true;
+
+    fn check(&self) -> Result<(), EvaluationError> {
+        self.scenery.check(true)?;
+        not_empty([
+            ("bias", self.bias.is_empty()),
+            ("light", self.light.is_empty()),
+            ("technique", self.technique.is_empty()),
+        ])?;
+        let [width, height] = self.camera;
+        check_output(self.camera, &[]).or_else(|_| {
+            fail("camera", format!("camera = {width}x{height} is not between 1 and {MAX_SIZE}"))
+        })?;
+        self.nets().map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))?;
+        for (i, bias) in self.bias.iter().enumerate() {
+            bias.check().map_err(in_key(&format!("bias[{i}]")))?;
+        }
+        unique(("light", "name", "light"), self.light.iter().map(|light| light.name.as_str()))?;
+        for (i, light) in self.light.iter().enumerate() {
+            light.sun(&format!("light[{i}]"))?;
+        }
+        check_roles(&self.technique, "technique")?;
+        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        for (i, technique) in self.technique.iter().enumerate() {
+            technique.method.check(&technique.name, &format!("technique[{i}].method"))?;
+        }
+        if !self.technique[0].method.is_percentage_closer() {
+            return fail("technique[0].method", "technique[0] is no percentage-closer method".to_owned());
+        }
+        unique(("sweep", "id", "sweep"), self.sweep.iter().map(|sweep| sweep.id.as_str()))?;
+        for (i, sweep) in self.sweep.iter().enumerate() {
+            let place = format!("sweep[{i}]");
+            self.named(&sweep.techniques, &format!("{place}.techniques"))?;
+            self.lit_by(&sweep.light, &format!("{place}.light"))?;
+            sweep.check(&self.technique, &place)?;
+        }
+        let pictures = self.picture.iter().map(|p| p.id.as_str());
+        let ids = pictures.chain(self.receiver.iter().map(|p| p.id.as_str()));
+        unique(("picture", "id", "picture"), ids)?;
+        for (i, picture) in self.picture.iter().enumerate() {
+            let place = format!("picture[{i}]");
+            file_name(&format!("{place}.id"), "picture", &picture.id)?;
+            self.named(&picture.techniques, &format!("{place}.techniques"))?;
+            self.lit_by(&picture.light, &format!("{place}.light"))?;
+            check_output(picture.output, &picture.insets)
+                .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
+        }
+        for (i, picture) in self.receiver.iter().enumerate() {
+            let place = format!("receiver[{i}]");
+            file_name(&format!("{place}.id"), "picture", &picture.id)?;
+            self.named(&picture.techniques, &format!("{place}.techniques"))?;
+            self.lit_by(&picture.light, &format!("{place}.light"))?;
+        }
+        Ok(())
+    }
+
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
+    }
+
+    fn scenes_replaced(&mut self) {
+        let scene = &self.scenery.scenes[0];
+        self.picture.truncate(1);
+        for picture in &mut self.picture {
+            picture.scene.clone_from(scene);
+            picture.view.clear();
+        }
+        self.receiver.truncate(1);
+        for picture in &mut self.receiver {
+            picture.scene.clone_from(scene);
+            picture.view.clear();
+        }
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl SoftShadowsExperiment {
+    /// The nets of all shadow rays.
+    pub(super) fn nets(&self) -> Result<AreaTruth, applications::soft_shadow::TruthError> {
+        let TruthSetting { standard_error, most_rays } = self.truth;
+        AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed })
+    }
+
+    /// Where techniques of these names stand; all of them without names.
+    pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
+        if names.is_empty() {
+            return fail(key, format!("{key} is empty"));
+        }
+        let place = |name: &String| match self.technique.iter().position(|t| t.name == *name) {
+            Some(index) => Ok(index),
+            None => fail(key, format!("{key}: technique `{name}` is not defined")),
+        };
+        names.iter().map(place).collect()
+    }
+
+    /// Where the light of a name stands.
+    pub(super) fn lit_by(&self, name: &str, key: &str) -> Result<usize, EvaluationError> {
+        match self.light.iter().position(|light| light.name == name) {
+            Some(index) => Ok(index),
+            None => fail(key, format!("{key}: light `{name}` is not defined")),
+        }
+    }
+}
+
+impl LightSetting {
+    /// Whether a view is evaluated under it.
+    pub(super) fn shines_on(&self, view: &LightView) -> bool {
+        view.light.has_extent() == self.shape.is_none()
+    }
+
+    /// The light that a view has under it; `place` is its key.
+    pub(super) fn of(&self, view: &LightView, place: &str) -> Result<AreaLight, EvaluationError> {
+        Ok(self.sun(place)?.unwrap_or(view.light))
+    }
+
+    /// The shape, where there is one.
+    fn sun(&self, place: &str) -> Result<Option<AreaLight>, EvaluationError> {
+        let Some(shape) = &self.shape else { return Ok(None) };
+        let key = format!("{place}.shape");
+        match shape.parse() {
+            Ok(light @ AreaLight::Sun { .. }) => Ok(Some(light)),
+            Ok(AreaLight::Local { .. }) => {
+                let reason = format!(
+                    "light `{}`: {shape} is a place in one scene; views bring such lights",
+                    self.name
+                );
+                fail(key, reason)
+            }
+            Err(error) => fail(key, format!("light `{}`: {error}", self.name)),
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! Timings on one thread, after everything else is known.
+
+use super::records::SoftSample;
+use super::run::SoftPlan;
+use crate::error::EvaluationError;
+use crate::timing::alone;
+use applications::soft_shadow::SoftReceiver;
+use std::hint::black_box;
+use std::time::Instant;
+
+/// What the first view's fragments cost under the last light that is meant for it, technique after technique in each round.
+pub(super) fn time(plan: &SoftPlan<'_>) -> Result<Vec<SoftSample>, EvaluationError> {
+    let experiment = plan.experiment;
+    let light = plan.pairs()?.into_iter().filter(|pair| pair.0 == 0).map(|pair| pair.1).max();
+    let lit = plan.lit(0, light.unwrap_or_default())?;
+    let view = &plan.views[0];
+    let receivers: Vec<SoftReceiver> =
+        view.points[0].iter().map(|point| view.receiver(point, &experiment.bias[0])).collect();
+    alone(|| {
+        let mut samples = Vec::new();
+        for repetition in 0..experiment.timing.repetitions {
+            let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
+                samples.push(SoftSample {
+                    technique: technique.to_owned(),
+                    stage: stage.to_owned(),
+                    items,
+                    repetition,
+                    time_ns: u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX),
+                });
+            };
+            let begin = Instant::now();
+            let rays: usize = receivers.iter().map(|receiver| lit.occluded(receiver).rays).sum();
+            push("truth", "rays", rays, begin);
+            for technique in &experiment.technique {
+                let begin = Instant::now();
+                // A table that cannot be made was recorded with the errors.
+                let Ok(method) = technique.method.prepare(lit.map, &lit.penumbra) else { continue };
+                if !technique.method.is_percentage_closer() {
+                    push(&technique.name, "sum", view.map.depths().len(), begin);
+                }
+                let begin = Instant::now();
+                for receiver in &receivers {
+                    let _ = black_box(method.estimate(&lit, receiver));
+                }
+                push(&technique.name, "shade", receivers.len(), begin);
+            }
+        }
+        Ok(samples)
+    })
+}

@@ -1,0 +1,62 @@
+//! Pictures side by side with magnified parts below, and what their settings may say.
+
+use crate::error::EvaluationError;
+use crate::fragments::MAX_SIZE;
+use crate::run_directory::RecordedFile;
+use image::{DynamicImage, ImageFormat, Luma, RgbaImage, imageops};
+use std::io::Cursor;
+
+/// Pixels between pictures.
+pub const PICTURE_GAP: u32 = 6;
+
+/// Rejects pictures without pixels and squares that leave them; the reason names the key and value.
+pub(crate) fn check_output([width, height]: [u32; 2], insets: &[[u32; 3]]) -> Result<(), String> {
+    if width == 0 || height == 0 || width > MAX_SIZE || height > MAX_SIZE {
+        return Err(format!("output = {width}x{height} is not between 1 and {MAX_SIZE}"));
+    }
+    for &[x, y, side] in insets {
+        let end = |start: u32| u64::from(start) + u64::from(side);
+        if side == 0 || end(x) > u64::from(width) || end(y) > u64::from(height) {
+            return Err(format!("inset [{x}, {y}, {side}] is not inside {width}x{height}"));
+        }
+    }
+    Ok(())
+}
+
+/// Columns of pictures of one size with their magnified parts below.
+pub(crate) fn side_by_side(columns: &[RgbaImage], output: [u32; 2], insets: &[[u32; 3]]) -> RgbaImage {
+    let [width, height] = output;
+    let count = insets.len() as u32;
+    let gaps = PICTURE_GAP * count.saturating_sub(1);
+    let side = width.saturating_sub(gaps).checked_div(count).map_or(0, |side| side.max(1));
+    let total = (
+        columns.len() as u32 * (width + PICTURE_GAP) - PICTURE_GAP,
+        height + if count > 0 { PICTURE_GAP + side } else { 0 },
+    );
+    let mut all = RgbaImage::from_pixel(total.0, total.1, image::Rgba([255; 4]));
+    for (column, image) in columns.iter().enumerate() {
+        let left = column as u32 * (width + PICTURE_GAP);
+        imageops::replace(&mut all, image, i64::from(left), 0);
+        for (i, &[x, y, size]) in insets.iter().enumerate() {
+            let part = imageops::crop_imm(image, x, y, size, size).to_image();
+            let large = imageops::resize(&part, side, side, imageops::FilterType::Nearest);
+            let at = (left + i as u32 * (side + PICTURE_GAP), height + PICTURE_GAP);
+            imageops::replace(&mut all, &large, i64::from(at.0), i64::from(at.1));
+        }
+    }
+    all
+}
+
+/// An error as grey: 128 for none, one step 1/127.
+pub(crate) fn signed_grey(error: f64) -> Luma<u8> {
+    Luma([(128.0 + 127.0 * error).round().clamp(0.0, 255.0) as u8])
+}
+
+/// A picture as a PNG of the run.
+pub(crate) fn png(name: String, picture: DynamicImage) -> Result<RecordedFile, EvaluationError> {
+    let mut bytes = Vec::new();
+    picture
+        .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
+        .map_err(|error| EvaluationError::Table { table: name.clone(), reason: error.to_string() })?;
+    Ok(RecordedFile { name, bytes })
+}

@@ -1,0 +1,193 @@
+//! One parameter varied at a time: tables, charts, and which settings are safe.
+
+use super::summary::SoftTables;
+use crate::drawing::{Area, Drawn, FINE, Stroke, around, draw_title, legend, line, mesh, svg};
+use crate::error::ReportError;
+use crate::kinds::rows::distinct;
+use crate::page::{Block, Drawing, Table, Text, in_percent, percent};
+use evaluation::{Sweep, SweepRecord, SweepValues};
+use plotters::prelude::{BindKeyPoints, ChartBuilder, Circle, IntoLogRange};
+use plotters::style::Color;
+
+/// A setting is safe if nothing fails and the error is within this factor of the least of the sweep.
+const SAFE: f64 = 1.05;
+
+/// Stands for 0 on a logarithmic axis: a third of the least other value.
+const ZERO: f64 = 1.0 / 3.0;
+
+/// The rows of a technique in a sweep, over all widths.
+fn rows<'a>(tables: &'a SoftTables<'_>, sweep: &str, technique: &str) -> Vec<&'a SweepRecord> {
+    let of = |r: &&SweepRecord| r.sweep == sweep && r.technique == technique && r.class == "all";
+    tables.sweeps.iter().filter(of).collect()
+}
+
+fn is_safe(row: &SweepRecord, all: &[&SweepRecord]) -> bool {
+    let failures = |r: &SweepRecord| r.refused + r.not_finite;
+    let sound = all.iter().filter(|r| failures(r) == 0);
+    let least = sound.map(|r| r.mean_error).fold(f64::INFINITY, f64::min);
+    failures(row) == 0 && row.mean_error <= SAFE * least
+}
+
+/// What is on the axis.
+fn label(values: &SweepValues) -> &'static str {
+    match values {
+        SweepValues::Epsilon(_) => "epsilon, weight of the receiver in the average blocker depth",
+        SweepValues::MomentBias(_) => "alpha, the moment bias",
+        SweepValues::Region(_) => "N over the texels of the largest region",
+        SweepValues::Table(_) => "table",
+        SweepValues::Umbra(_) => "share of blockers that counts as umbra",
+        SweepValues::Degrees(_) => "angular size of the light in degrees",
+    }
+}
+
+/// The settings that are safe, a sentence a sweep.
+pub(super) fn findings(tables: &SoftTables<'_>) -> Vec<String> {
+    let of = |sweep: &Sweep| {
+        // The error of larger lights is another one, not a failure.
+        if matches!(sweep.values, SweepValues::Degrees(_)) {
+            return None;
+        }
+        let techniques: Vec<String> = sweep
+            .techniques
+            .iter()
+            .filter_map(|technique| {
+                let rows = rows(tables, &sweep.id, technique);
+                let safe: Vec<&str> =
+                    rows.iter().filter(|r| is_safe(r, &rows)).map(|r| r.setting.as_str()).collect();
+                let all = rows.len();
+                (all > 0).then(|| {
+                    let list = if safe.is_empty() { "none".to_owned() } else { safe.join(", ") };
+                    format!("{technique}: {list}")
+                })
+            })
+            .collect();
+        (!techniques.is_empty()).then(|| {
+            format!(
+                "Safe in the sweep \"{}\" ({}): {}.",
+                sweep.id,
+                label(&sweep.values),
+                techniques.join("; ")
+            )
+        })
+    };
+    tables.experiment.sweep.iter().filter_map(of).collect()
+}
+
+pub(super) fn blocks(tables: &SoftTables<'_>) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    for sweep in &tables.experiment.sweep {
+        let mut all: Vec<(&SweepRecord, bool)> = Vec::new();
+        for technique in distinct(sweep.techniques.iter()) {
+            let rows = rows(tables, &sweep.id, technique);
+            all.extend(rows.iter().map(|&row| (row, is_safe(row, &rows))));
+        }
+        let share =
+            |count: usize, row: &SweepRecord| in_percent(count as f64 / row.receivers.max(1) as f64, 2);
+        let table = Table::of(all)
+            .left("technique", |(r, _)| &r.technique)
+            .right(label(&sweep.values), |(r, _)| &r.setting)
+            .right("error, %", |(r, _)| in_percent(r.mean_error, 2))
+            .right("signed", |(r, _)| in_percent(r.signed_mean, 2))
+            .right("p95", |(r, _)| in_percent(r.p95, 1))
+            .right("refused, %", |(r, _)| share(r.refused, r))
+            .right("no number or outside, %", |(r, _)| share(r.not_finite, r))
+            .right("changed, %", |(r, _)| share(r.changed, r))
+            .right("mean change, %", |(r, _)| in_percent(r.mean_change, 3))
+            .right("largest", |(r, _)| in_percent(r.largest_change, 1))
+            .left("safe", |(_, safe)| if safe { "yes" } else { "no" });
+        let note = Text::from(format!(
+            "Light \"{}\", the first depth bias, {} fragments. Changed: off by more than 1/255 from the same method with exact \
+             moments in double precision; what table and arithmetic do. Refused: the region has more texels than the table can \
+             sum. Safe: nothing fails, and the error is within 5 % of the least in the sweep.",
+            sweep.light,
+            tables.sweeps.iter().find(|r| r.sweep == sweep.id && r.class == "all").map_or(0, |r| r.receivers)
+        ));
+        blocks.extend(Block::section(3, &format!("Sweep: {}", sweep.id), table, Some(note)));
+        blocks.extend(by_width(tables, sweep));
+    }
+    if blocks.is_empty() {
+        return blocks;
+    }
+    [vec![Block::heading(2, "Stability")], blocks].concat()
+}
+
+/// Where tables fail: by the size of the filter.
+fn by_width(tables: &SoftTables<'_>, sweep: &Sweep) -> Vec<Block> {
+    if !matches!(sweep.values, SweepValues::Table(_)) {
+        return Vec::new();
+    }
+    let of = |r: &&SweepRecord| r.sweep == sweep.id && r.class != "all" && r.receivers > 0;
+    let table = Table::of(tables.sweeps.iter().filter(of))
+        .left("technique", |r| &r.technique)
+        .left("table", |r| &r.setting)
+        .left("filter, texels", |r| &r.class)
+        .right("receivers", |r| r.receivers)
+        .right("error, %", |r| in_percent(r.mean_error, 2))
+        .right("changed, %", |r| in_percent(r.changed as f64 / r.receivers as f64, 2))
+        .right("mean change, %", |r| in_percent(r.mean_change, 3));
+    Block::section(3, "Tables by the size of the filter", table, None)
+}
+
+/// A chart for each sweep of numbers.
+pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportError> {
+    let mut drawings = Vec::new();
+    for sweep in &tables.experiment.sweep {
+        let mut curves: Vec<Vec<&SweepRecord>> = Vec::new();
+        for technique in distinct(sweep.techniques.iter()) {
+            let answered = |r: &&SweepRecord| r.refused < r.receivers && r.value.is_some();
+            curves.push(rows(tables, &sweep.id, technique).into_iter().filter(answered).collect());
+        }
+        curves.retain(|points| !points.is_empty());
+        if curves.iter().all(|points| points.len() < 2) {
+            continue;
+        }
+        let id = format!("sweep-{}", sweep.id);
+        let title = format!("Error by {}, light \"{}\"", label(&sweep.values), sweep.light);
+        let picture = svg(&id, (640, 400), |root| draw(root, (&title, label(&sweep.values)), &curves))?;
+        drawings.push(Drawing::new(id, title, picture));
+    }
+    Ok(drawings)
+}
+
+fn draw(root: &Area<'_>, (title, label): (&str, &str), curves: &[Vec<&SweepRecord>]) -> Drawn {
+    let (top, rest) = root.split_vertically(30 * FINE);
+    draw_title(&top, title)?;
+    let (plot, key) = rest.split_vertically(rest.dim_in_pixel().1 as i32 - 40 * FINE as i32);
+    let values = || curves.iter().flatten().filter_map(|r| r.value);
+    let least = values().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+    let place = |r: &SweepRecord| r.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least);
+    let first = curves.iter().flatten().map(|r| place(r)).fold(f64::INFINITY, f64::min);
+    let last = values().fold(0.0, f64::max);
+    let highest = curves.iter().flatten().map(|r| r.mean_error).fold(0.0, f64::max);
+    let mut ticks: Vec<(f64, &str)> =
+        curves.iter().flatten().map(|r| (place(r), r.setting.as_str())).collect();
+    ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ticks.dedup();
+    let mut builder = ChartBuilder::on(&plot);
+    builder.margin_left(6 * FINE).margin_top(6 * FINE).margin_right(16 * FINE);
+    builder.x_label_area_size(42 * FINE).y_label_area_size(56 * FINE);
+    let axis = (0.8 * first..1.25 * last).log_scale();
+    let axis = axis.with_key_points(ticks.iter().map(|tick| tick.0).collect());
+    let mut chart = builder.build_cartesian_2d(axis, 0.0..1.1 * highest.max(1e-6))?;
+    let tick = |value: &f64| {
+        let of = ticks.iter().find(|tick| tick.0 == *value);
+        of.map_or(String::new(), |tick| tick.1.to_owned())
+    };
+    let mut grid = mesh(&mut chart, 11);
+    grid.x_label_formatter(&tick).y_label_formatter(&|error| percent(*error, 1)).y_labels(7);
+    grid.x_desc(label).y_desc("mean |method - truth|");
+    grid.draw()?;
+    let mut entries = Vec::new();
+    for (n, points) in curves.iter().enumerate() {
+        let stroke = Stroke::nth(n);
+        line(&mut chart, points.iter().map(|r| (place(r), r.mean_error)).collect(), stroke)?;
+        for row in points {
+            let at = (place(row), row.mean_error);
+            chart.draw_series([Circle::new(at, 3 * FINE, stroke.colour.filled())])?;
+            let label = format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2));
+            around(chart.backend_coord(&at), 6 * FINE as i32, &label);
+        }
+        entries.extend(points.first().map(|row| (stroke, row.technique.clone())));
+    }
+    legend(&key, &entries, 3)
+}
