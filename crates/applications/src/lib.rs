@@ -34,6 +34,7 @@ pub mod scattering;
 pub mod soft_shadow;
 pub mod stochastic;
 pub mod temporal;
+pub mod translucency;
 
 pub use application::{Application, Estimate, errors, truths};
 pub use area_light::PlacedLight;

@@ -9,10 +9,12 @@
 
 mod area_lights;
 mod blocker_search;
+mod sampled_lights;
 mod scattering;
 mod small_formulas;
 mod summed_area;
 mod table;
+mod translucency;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -42,10 +44,15 @@ const READERS: &[Reader] = &[
     Reader { file: "scatter_prefix.csv", check: scattering::prefix_sums },
     Reader { file: "scatter_rays.csv", check: scattering::rays },
     Reader { file: "scatter_resample.csv", check: scattering::resampled },
+    Reader { file: "sssm_filter.csv", check: sampled_lights::stochastic_filter },
+    Reader { file: "sssm_flatland.csv", check: sampled_lights::stochastic_flatland },
+    Reader { file: "sssm_planes.csv", check: sampled_lights::stochastic_planes },
     Reader { file: "sssm_radius.csv", check: small_formulas::circle_of_confusion },
     Reader { file: "sssm_weight.csv", check: small_formulas::coarser_weight },
+    Reader { file: "temporal_buffer.csv", check: sampled_lights::temporal_buffer },
     Reader { file: "temporal_counts.csv", check: small_formulas::temporal_counts },
     Reader { file: "temporal_statistics.csv", check: small_formulas::temporal_statistics },
+    Reader { file: "translucent.csv", check: translucency::kernels },
     Reader { file: "two_depth.csv", check: small_formulas::two_depths },
 ];
 
