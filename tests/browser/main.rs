@@ -153,7 +153,8 @@ fn report_works(program: &Path) -> Result<(), Failed> {
     assert!(text("spot").contains("error") && text("spot").contains('%'), "{seen}");
     assert!(text("cell").contains("largest error") || text("cell").contains("no inputs"), "{seen}");
     assert_eq!(seen["tip_left"], true, "{seen}");
-    assert!(number("papers") > 20, "{seen}");
+    // The newest run of speed and accuracy may be one without a graphics processor, whose frames the papers state.
+    assert!(number("papers") > 15, "{seen}");
     Ok(())
 }
 

