@@ -62,7 +62,28 @@ impl<const M: usize> Hamburger<M> {
         }
         let points = solution.points(DoubleDouble::from(z_f));
         let others: Vec<(DoubleDouble, f64)> = points[1..].iter().map(|&(z, w)| (z, w.to_f64())).collect();
-        let bounds = Self::assemble(z_f, at_z_f, &others, moments);
+        Self::proved(z_f, at_z_f, &others, moments)
+    }
+
+    /// The bounds of at most M / 2 depths, which their moments determine (MSM15 Proposition 4): the depths themselves are the
+    /// support, if double-double proves it.
+    fn determined(z: &DepthDistribution, moments: &[DoubleDouble], z_f: f64) -> Option<Bounds> {
+        let atoms = || z.depths().iter().zip(z.weights());
+        let at_z_f = atoms().filter(|&(&depth, _)| depth == z_f).map(|(_, w)| w.to_f64()).sum();
+        let others = atoms().filter(|&(&depth, _)| depth != z_f);
+        let others: Vec<(DoubleDouble, f64)> =
+            others.map(|(&depth, w)| (DoubleDouble::from(depth), w.to_f64())).collect();
+        Self::proved(z_f, at_z_f, &others, moments)
+    }
+
+    /// [`Self::assemble`], if what is proved is sharp enough.
+    fn proved(
+        z_f: f64,
+        at_z_f: f64,
+        others: &[(DoubleDouble, f64)],
+        moments: &[DoubleDouble],
+    ) -> Option<Bounds> {
+        let bounds = Self::assemble(z_f, at_z_f, others, moments);
         // Front, z_f and behind share the mass 1: what the proofs of the outer two and the weight at z_f leave of it is all
         // that either bound can be wrong by.
         let certificate = &bounds.certificate;
@@ -168,8 +189,12 @@ impl<const M: usize> LowerBound for Hamburger<M> {
         check_depths(z.depths(), Interval::Real)?;
         let moments: Vec<DoubleDouble> = z.moments(&self.basis);
         check_input(&self.basis, Interval::Real, &moments, z_f)?;
-        // At most M / 2 depths are determined by their moments (MSM15 Proposition 4): double-double would meet a vanishing pivot.
-        let quick = if z.depths().len() > M / 2 { Self::in_double_double(&moments, z_f) } else { None };
+        // Of the moments of at most M / 2 depths double-double would meet a vanishing pivot.
+        let quick = if z.depths().len() > M / 2 {
+            Self::in_double_double(&moments, z_f)
+        } else {
+            Self::determined(z, &moments, z_f)
+        };
         match quick {
             Some(bounds) => Ok(bounds.containing(z, z_f)),
             None => exact_of(&self.basis, Interval::Real, z, z_f)
