@@ -78,19 +78,19 @@ fn slipped(count: usize) -> [usize; 4] {
     [slipped, leaving, unpadded, strict]
 }
 
-#[test]
-fn no_ray_slips_through_vertices_and_edges() {
-    let [slipped, leaving, unpadded, strict] = slipped(60_000);
-    assert!(slipped == 0 && leaving < 100, "{slipped} {leaving}");
-    // Both faults let rays through.
-    assert!(unpadded > leaving && strict > 1000, "{unpadded} {strict}");
-}
+/// Rays in all; `MSM_RAYS` sets another number.
+const RAYS: usize = 60_000;
+
+/// A ray in so many may graze a summit and leave the hills.
+const GRAZING: usize = 600;
 
 #[test]
-#[ignore = "the same with five times as many rays"]
-fn no_ray_of_three_hundred_thousand_slips_through() {
-    let [slipped, leaving, ..] = slipped(300_000);
-    assert!(slipped == 0 && leaving < 500, "{slipped} {leaving}");
+fn no_ray_slips_through_vertices_and_edges() {
+    let rays = std::env::var("MSM_RAYS").map_or(RAYS, |count| count.parse().unwrap());
+    let [slipped, leaving, unpadded, strict] = slipped(rays);
+    assert!(slipped == 0 && leaving < rays / GRAZING, "{slipped} {leaving}");
+    // Both faults let rays through.
+    assert!(unpadded > leaving && strict > 1000, "{unpadded} {strict}");
 }
 
 /// Segments of all kinds, along axes, ending on vertices, from far outside, from surfaces.
