@@ -17,12 +17,11 @@ mod view;
 
 pub use method::{Corners, MethodSetting, Precision};
 pub use records::{
-    ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord, SoftSample,
-    SoftViewRecord, SweepRecord,
+    ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord, SoftViewRecord,
+    SweepRecord,
 };
 pub use settings::{
-    LightSetting, ReceiverPicture, SoftPicture, SoftShadowsExperiment, SoftTechnique, SoftTiming,
-    TruthSetting,
+    LightSetting, SoftPicture, SoftShadowsExperiment, SoftTechnique, SoftTiming, TruthSetting,
 };
 pub use sweep::{Sweep, SweepValues};
 pub use view::Population;

@@ -129,21 +129,6 @@ pub struct SweepRecord {
     pub largest_change: f64,
 }
 
-/// One row of samples.csv: a timing on one thread.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct SoftSample {
-    /// Technique.
-    pub technique: String,
-    /// `sum` (encoding and summing a map), `shade`, or `rays` for the truth.
-    pub stage: String,
-    /// Texels, receivers or rays.
-    pub items: usize,
-    /// Counts from 0.
-    pub repetition: usize,
-    /// Wall-clock nanoseconds for all items.
-    pub time_ns: u64,
-}
-
 /// One row of receivers.csv: a technique at the receiver of a picture.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct ReceiverRecord {

@@ -42,12 +42,12 @@ pub struct SoftShadowsExperiment {
     /// Receivers a view and light for sweeps.
     #[serde(default)]
     pub sweep_fragments: usize,
-    /// Pictures with error maps.
+    /// The scene from its camera with the truth, then with each technique; below, parts magnified; error maps.
     #[serde(default)]
     pub picture: Vec<SoftPicture>,
-    /// Single receivers.
+    /// What techniques make of the receiver where the first of them errs most, in a wide penumbra if there is one.
     #[serde(default)]
-    pub receiver: Vec<ReceiverPicture>,
+    pub receiver: Vec<SoftPicture>,
 }
 
 /// When shadow rays stop.
@@ -93,7 +93,7 @@ pub struct SoftTechnique {
     pub method: MethodSetting,
 }
 
-/// The scene from its camera with the truth, then with each technique; below, parts magnified.
+/// Where a picture is taken, and what it shows.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SoftPicture {
@@ -108,28 +108,19 @@ pub struct SoftPicture {
     pub light: String,
     /// Names of techniques.
     pub techniques: Vec<String>,
-    /// Width and height of one picture in pixels.
-    pub output: [u32; 2],
+    /// Width and height in pixels of one picture from the camera; 320 x 320 without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<[u32; 2]>,
     /// Left, top and side of squares to magnify, in pixels.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub insets: Vec<[u32; 3]>,
 }
 
-/// What techniques make of the receiver where the first of them errs most, in a wide penumbra if there is one.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ReceiverPicture {
-    /// File name without extension.
-    pub id: String,
-    /// Scene, as in `scenes`.
-    pub scene: String,
-    /// View; the first without one.
-    #[serde(default)]
-    pub view: String,
-    /// Name of a light.
-    pub light: String,
-    /// Names of techniques.
-    pub techniques: Vec<String>,
+impl SoftPicture {
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.output.unwrap_or([320, 320])
+    }
 }
 
 impl Role for SoftTechnique {
@@ -185,17 +176,17 @@ impl Settings for SoftShadowsExperiment {
         unique(("picture", "id", "picture"), ids)?;
         for (i, picture) in self.picture.iter().enumerate() {
             let place = format!("picture[{i}]");
-            file_name(&format!("{place}.id"), "picture", &picture.id)?;
-            self.named(&picture.techniques, &format!("{place}.techniques"))?;
-            self.lit_by(&picture.light, &format!("{place}.light"))?;
-            check_output(picture.output, &picture.insets)
+            self.check_place(picture, &place)?;
+            check_output(picture.size(), &picture.insets)
                 .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
         }
         for (i, picture) in self.receiver.iter().enumerate() {
             let place = format!("receiver[{i}]");
-            file_name(&format!("{place}.id"), "picture", &picture.id)?;
-            self.named(&picture.techniques, &format!("{place}.techniques"))?;
-            self.lit_by(&picture.light, &format!("{place}.light"))?;
+            self.check_place(picture, &place)?;
+            if picture.output.is_some() || !picture.insets.is_empty() {
+                let reason = format!("receiver `{}` is drawn as a chart: no output, no insets", picture.id);
+                return fail(place, reason);
+            }
         }
         Ok(())
     }
@@ -205,16 +196,12 @@ impl Settings for SoftShadowsExperiment {
     }
 
     fn scenes_replaced(&mut self) {
-        let scene = &self.scenery.scenes[0];
-        self.picture.truncate(1);
-        for picture in &mut self.picture {
-            picture.scene.clone_from(scene);
-            picture.view.clear();
-        }
-        self.receiver.truncate(1);
-        for picture in &mut self.receiver {
-            picture.scene.clone_from(scene);
-            picture.view.clear();
+        for pictures in [&mut self.picture, &mut self.receiver] {
+            pictures.truncate(1);
+            for picture in pictures {
+                picture.scene.clone_from(&self.scenery.scenes[0]);
+                picture.view.clear();
+            }
         }
     }
 
@@ -228,6 +215,14 @@ impl SoftShadowsExperiment {
     pub(super) fn nets(&self) -> Result<AreaTruth, applications::soft_shadow::TruthError> {
         let TruthSetting { standard_error, most_rays } = self.truth;
         AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed })
+    }
+
+    /// Whether a picture's file, techniques and light exist.
+    fn check_place(&self, picture: &SoftPicture, place: &str) -> Result<(), EvaluationError> {
+        file_name(&format!("{place}.id"), "picture", &picture.id)?;
+        self.named(&picture.techniques, &format!("{place}.techniques"))?;
+        self.lit_by(&picture.light, &format!("{place}.light"))?;
+        Ok(())
     }
 
     /// Where techniques of these names stand; all of them without names.

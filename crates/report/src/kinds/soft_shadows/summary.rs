@@ -4,8 +4,8 @@ use super::sweeps;
 use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord, SoftSample,
-    SoftShadowsExperiment, SoftViewRecord, SweepRecord, with_role,
+    Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord,
+    SoftShadowsExperiment, SoftViewRecord, SweepRecord, TimedSample, with_role,
 };
 
 tables! {
@@ -13,7 +13,7 @@ tables! {
     SoftTables<'a> of SoftShadowsExperiment {
         records: SoftRecord,
         views: SoftViewRecord,
-        samples: SoftSample,
+        samples: TimedSample,
     }
     some_runs {
         sweeps: SweepRecord,

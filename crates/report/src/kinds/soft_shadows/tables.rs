@@ -30,7 +30,7 @@ fn recorded_picture(picture: &SoftPicture) -> RecordedPicture {
     RecordedPicture {
         id: picture.id.clone(),
         title: format!("{}, {view}, light \"{}\"", picture.scene, picture.light),
-        columns: PictureColumns { size: picture.output, techniques: picture.techniques.clone() },
+        columns: PictureColumns { size: picture.size(), techniques: picture.techniques.clone() },
     }
 }
 
