@@ -38,13 +38,13 @@ pub use kinds::search::{
     SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::soft_shadows::{
-    Corners, LightSetting, MethodSetting, Population, Precision, ReceiverRecord, ReconstructionPoint,
-    SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment, SoftTechnique,
-    SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues, TruthSetting,
+    Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,
+    ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment,
+    SoftTechnique, SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues, TruthSetting,
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, Nothing, OrderSetting, OrderShare,
+    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
     PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
@@ -61,7 +61,7 @@ pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use shards::Shard;
 pub use statistics::NOTHING;
-pub use timing::TimedSample;
+pub use timing::{GpuRecord, TimedSample};
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

@@ -1,6 +1,7 @@
 //! Clocks run where nothing else does.
 
 use crate::error::EvaluationError;
+use graphics_device::AdapterName;
 use serde::{Deserialize, Serialize};
 use std::time::Instant;
 
@@ -47,4 +48,41 @@ pub(crate) fn alone<T: Send>(
         reason: error.to_string(),
     };
     rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(fail)?.install(work)
+}
+
+/// The row of gpu.csv.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct GpuRecord {
+    /// Name of the adapter; empty without one.
+    pub adapter: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub device_type: String,
+    /// Driver.
+    pub driver: String,
+    /// Graphics interface.
+    pub api: String,
+    /// `timed`, or why not, or why it stopped.
+    pub status: String,
+    /// Combinations that this adapter could not render.
+    pub skipped: usize,
+    /// The last of these, with the reason.
+    pub last_skipped: String,
+}
+
+impl GpuRecord {
+    /// An adapter about to be timed.
+    pub(crate) fn of(adapter: &AdapterName) -> Self {
+        Self {
+            adapter: adapter.name.clone(),
+            device_type: adapter.device_type.clone(),
+            driver: adapter.driver.clone(),
+            api: adapter.api.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Whether its times say nothing about graphics processors.
+    pub fn is_software(&self) -> bool {
+        self.device_type == "Cpu"
+    }
 }

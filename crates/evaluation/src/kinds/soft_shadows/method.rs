@@ -178,7 +178,7 @@ impl MethodSetting {
         Ok(Some(if self.centre.is_empty() { stored } else { stored.centred(&self.centre)? }))
     }
 
-    fn search<R: Real>(&self) -> BlockerSearch<R> {
+    pub(super) fn search<R: Real>(&self) -> BlockerSearch<R> {
         let published = if self.is_percentage_closer() {
             BlockerSearch::percentage_closer()
         } else {
@@ -194,7 +194,7 @@ impl MethodSetting {
         }
     }
 
-    fn filter<R: Real>(&self, penumbra: &Penumbra<f64>) -> Filter<R> {
+    pub(super) fn filter<R: Real>(&self, penumbra: &Penumbra<f64>) -> Filter<R> {
         let largest = penumbra.search(1.0);
         let full = if self.growing_bias { largest[0].max(largest[1]) } else { 0.0 };
         Filter {

@@ -85,6 +85,10 @@ impl SoftShadowsExperiment {
             RecordedFile::csv("views.csv", &rows)?,
             RecordedFile::csv("samples.csv", &timing::time(&plan)?)?,
         ]);
+        if let Some(passes) = &self.passes {
+            let (samples, gpu) = plan.pass_times(passes);
+            files.extend([RecordedFile::csv("gpu.csv", &[gpu])?, RecordedFile::csv("passes.csv", &samples)?]);
+        }
         if !self.sweep.is_empty() {
             files.push(RecordedFile::csv("sweeps.csv", &sweeps.records(self)?)?);
         }

@@ -34,6 +34,9 @@ pub struct SoftShadowsExperiment {
     pub light: Vec<LightSetting>,
     /// What is timed.
     pub timing: SoftTiming,
+    /// Passes on a graphics processor; none without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub passes: Option<PassTiming>,
     /// The methods; the first is the one that the others imitate.
     pub technique: Vec<SoftTechnique>,
     /// What is varied on its own.
@@ -78,6 +81,40 @@ pub struct LightSetting {
 pub struct SoftTiming {
     /// How often every method shades the first view's receivers under its last light.
     pub repetitions: usize,
+}
+
+/// Compute passes on a graphics processor, of the first scene under its first light at infinity: one setting for all, and
+/// what is varied on its own (BHS16 Figure 14).
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PassTiming {
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+    /// Side of the shadow map in texels.
+    pub map_size: u32,
+    /// Output width and height in pixels.
+    pub output: [u32; 2],
+    /// Full width in texels of the largest search region, which makes the light as wide as that.
+    pub region: f64,
+    /// Other map sizes.
+    #[serde(default)]
+    pub map_sizes: Vec<u32>,
+    /// Other outputs.
+    #[serde(default)]
+    pub outputs: Vec<[u32; 2]>,
+    /// Other regions.
+    #[serde(default)]
+    pub regions: Vec<f64>,
+    /// Timed frames for each, in each round.
+    pub frames: usize,
+    /// Rounds over all techniques at each size, every other one backwards: clocks that drift favour nobody.
+    pub rounds: usize,
+    /// Milliseconds of frames before those that are timed: an idle processor runs at a lower clock.
+    #[serde(default)]
+    pub warm_up_ms: u64,
+    /// Times software drivers too. They are no GPU times; for tests of the way there.
+    #[serde(default)]
+    pub software: bool,
 }
 
 /// A method with its names.
@@ -179,6 +216,24 @@ impl Settings for SoftShadowsExperiment {
             self.check_place(picture, &place)?;
             check_output(picture.size(), &picture.insets)
                 .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
+        }
+        if let Some(passes) = &self.passes {
+            self.named(&passes.techniques, "passes.techniques")?;
+            for &output in passes.outputs.iter().chain([&passes.output]) {
+                check_output(output, &[]).or_else(|reason| fail("passes.outputs", reason))?;
+            }
+            for &size in passes.map_sizes.iter().chain([&passes.map_size]) {
+                if !(1..=MAX_SIZE).contains(&size) {
+                    let reason = format!("map size {size} is not between 1 and {MAX_SIZE}");
+                    return fail("passes.map_sizes", reason);
+                }
+                for &region in passes.regions.iter().chain([&passes.region]) {
+                    if !(region > 0.0 && region + 1.0 <= f64::from(size)) {
+                        let reason = format!("a region of {region} texels does not fit a map of {size}");
+                        return fail("passes.regions", reason);
+                    }
+                }
+            }
         }
         for (i, picture) in self.receiver.iter().enumerate() {
             let place = format!("receiver[{i}]");

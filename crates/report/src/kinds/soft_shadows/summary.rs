@@ -4,8 +4,8 @@ use super::sweeps;
 use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord,
-    SoftShadowsExperiment, SoftViewRecord, SweepRecord, TimedSample, with_role,
+    GpuRecord, PassSample, Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord,
+    SoftRecord, SoftShadowsExperiment, SoftViewRecord, SweepRecord, TimedSample, with_role,
 };
 
 tables! {
@@ -21,6 +21,8 @@ tables! {
         receivers: ReceiverRecord,
         kernels: SearchTexel,
         curves: ReconstructionPoint,
+        passes: PassSample,
+        gpu: GpuRecord,
     }
 }
 

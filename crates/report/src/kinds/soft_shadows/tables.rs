@@ -17,6 +17,7 @@ pub(super) fn blocks(tables: &SoftTables<'_>) -> Vec<Block> {
         sweeps::blocks(tables),
         truth(tables),
         cost(tables),
+        tables.gpu_blocks(),
     ]
     .concat()
 }
