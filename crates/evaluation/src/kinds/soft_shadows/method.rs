@@ -233,6 +233,29 @@ impl MethodSetting {
         (self.region.unwrap_or(1.0) * f64::from(needed)).round().max(1.0) as u32
     }
 
+    /// The key that keeps a map's table from holding the largest sums, with the reason.
+    pub(super) fn check_table(
+        &self,
+        map: &DepthMap,
+        penumbra: &Penumbra<f64>,
+    ) -> Result<(), (&'static str, String)> {
+        if self.is_percentage_closer() {
+            return Ok(());
+        }
+        let (held, side) = (self.texels(map, penumbra), map.width().min(map.height()));
+        if let Some(width) = self.width.filter(|&width| width > side as f64) {
+            return Err(("width", format!("a filter of {width} texels exceeds the map of {side}")));
+        }
+        let needed = Self { region: None, ..self.clone() }.texels(map, penumbra);
+        if held < needed {
+            return Err((
+                "region",
+                format!("the table holds sums of {held} texels, the largest region has {needed}"),
+            ));
+        }
+        self.table.check(held).map_err(|error| ("table", error.to_string()))
+    }
+
     /// The method on a map.
     pub(super) fn prepare(
         &self,
