@@ -3,6 +3,7 @@
 
 mod abuffer;
 mod bind;
+mod colour;
 mod compute_chain;
 mod compute_frame;
 mod compute_shader;
@@ -28,7 +29,8 @@ const SCAN: &str = include_str!("scan.wgsl");
 const SORT: &str = include_str!("sort.wgsl");
 const DEPTH_MAP: &str = concat!(include_str!("mask.wgsl"), include_str!("depth_map.wgsl"));
 const READ_DEPTHS: &str = include_str!("read_depths.wgsl");
-const SURFACES: &str = concat!(include_str!("mask.wgsl"), include_str!("surfaces.wgsl"));
+const SURFACES: &str =
+    concat!(include_str!("mask.wgsl"), include_str!("colour.wgsl"), include_str!("surfaces.wgsl"));
 
 #[cfg(test)]
 mod tests {
