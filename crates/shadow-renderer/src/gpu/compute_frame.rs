@@ -113,7 +113,7 @@ impl ComputeMaps {
                 let count = self.levels.len();
                 level.run(
                     encoder,
-                    stamps.timer.map(|timer: &PassTimer| timer.compute_part(number, part, count)),
+                    stamps.timer.and_then(|timer: &PassTimer| timer.compute_part(number, part, count)),
                 );
             }
         }
