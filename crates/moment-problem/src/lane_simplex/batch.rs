@@ -1,0 +1,133 @@
+//! Many programs on one support, in the form in which the solver walks through them.
+
+use super::span::FunctionSpan;
+use crate::fast_simplex::{FastFragment, FastStart, SupportDistribution};
+
+/// Programs of kernels with their coordinates in a [`FunctionSpan`]: what does not depend on the basis.
+#[derive(Clone, Debug)]
+pub struct ProgramBatch<'a> {
+    pub(super) span: &'a FunctionSpan,
+    pub(super) kernels: &'a [SupportDistribution],
+    pub(super) fragments: &'a [FastFragment],
+    /// Coordinates of kernels in the order in which fragments name them first.
+    pub(super) coordinates: Vec<f64>,
+    /// By fragment: which of them.
+    pub(super) rows: Vec<u32>,
+    pub(super) steps: Vec<u16>,
+    pub(super) masses: Vec<f64>,
+    /// By dimension: no coordinate is larger in size.
+    pub(super) largest: Vec<f64>,
+    /// By how much a kernel's mass may differ from 1.
+    pub(super) mass_error: f64,
+}
+
+impl<'a> ProgramBatch<'a> {
+    /// The programs of `fragments`; ascending order of `step` costs least.
+    ///
+    /// # Panics
+    /// If a fragment names a kernel that does not exist, or a kernel a depth that the span's support does not have.
+    pub fn new(
+        span: &'a FunctionSpan,
+        kernels: &'a [SupportDistribution],
+        fragments: &'a [FastFragment],
+    ) -> Self {
+        let mut places = vec![u32::MAX; kernels.len()];
+        let mut coordinates = Vec::new();
+        let mut used = 0;
+        let mut rows = Vec::with_capacity(fragments.len());
+        let mut largest = vec![0.0f64; span.dimensions()];
+        let mut mass_error = f64::EPSILON;
+        for fragment in fragments {
+            let kernel = fragment.kernel as usize;
+            if places[kernel] == u32::MAX {
+                places[kernel] = used;
+                used += 1;
+                let row = span.coordinates(&kernels[kernel]);
+                mass_error = mass_error.max((row[0] - 1.0).abs() + f64::EPSILON);
+                largest.iter_mut().zip(&row).for_each(|(most, value)| *most = most.max(value.abs()));
+                coordinates.extend(row);
+            }
+            rows.push(places[kernel]);
+        }
+        Self {
+            span,
+            kernels,
+            fragments,
+            coordinates,
+            rows,
+            steps: fragments.iter().map(|fragment| fragment.step).collect(),
+            masses: fragments.iter().map(|fragment| fragment.mass_before).collect(),
+            largest,
+            mass_error,
+        }
+    }
+
+    /// Number of programs.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Coordinates of a program's kernel.
+    ///
+    /// # Panics
+    /// If there is no such program.
+    pub fn coordinates(&self, program: usize) -> &[f64] {
+        &self.coordinates[self.rows[program] as usize * self.span.dimensions()..][..self.span.dimensions()]
+    }
+
+    /// The programs' fragments.
+    pub fn fragments(&self) -> &'a [FastFragment] {
+        self.fragments
+    }
+
+    /// The span that coordinates are in.
+    pub fn span(&self) -> &'a FunctionSpan {
+        self.span
+    }
+}
+
+/// Two guesses at the optimal columns of each program, from solutions for other bases of the same rank.
+#[derive(Clone, Debug)]
+pub struct LaneStarts {
+    pub(super) rank: usize,
+    /// Ascending columns, `rank` for each program.
+    pub(super) guesses: [Vec<u16>; 2],
+}
+
+impl LaneStarts {
+    /// From solutions for the programs of a batch; columns spread evenly where there is none.
+    ///
+    /// # Panics
+    /// If a start is one for another number of programs.
+    pub fn new(batch: &ProgramBatch<'_>, starts: [&FastStart; 2], rank: usize) -> Self {
+        assert!(starts.iter().all(|start| start.len() == batch.len()), "a start is one for other fragments");
+        let spread = spread(batch.span.depths(), rank);
+        let mut guesses = [Vec::new(), Vec::new()];
+        for program in 0..batch.len() {
+            let given = starts.map(|start| start.guess(program, rank));
+            let first = given.into_iter().find(|guess| !guess.is_empty()).unwrap_or(&spread);
+            let second = if given[1].is_empty() { first } else { given[1] };
+            guesses[0].extend_from_slice(first);
+            guesses[1].extend_from_slice(second);
+        }
+        Self { rank, guesses }
+    }
+
+    /// The guesses for a program.
+    ///
+    /// # Panics
+    /// If there is no such program.
+    pub fn of(&self, program: usize) -> [&[u16]; 2] {
+        [&self.guesses[0], &self.guesses[1]].map(|guesses| &guesses[program * self.rank..][..self.rank])
+    }
+}
+
+/// Columns spread evenly over a support.
+pub(super) fn spread(depths: usize, rank: usize) -> Vec<u16> {
+    (0..rank).map(|r| (r * (depths - 1) / (rank - 1).max(1)) as u16).collect()
+}
