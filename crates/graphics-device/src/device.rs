@@ -41,12 +41,28 @@ impl GraphicsDevice {
     /// # Errors
     /// [`DeviceError::NoAdapter`] with the reason why there is none.
     pub fn open(wanted: wgpu::Features) -> Result<Self, DeviceError> {
+        Self::of(adapter::best()?, wanted, wgpu::Limits::default())
+    }
+
+    /// The same with all limits that the adapter offers.
+    ///
+    /// # Errors
+    /// As [`GraphicsDevice::open`].
+    pub fn open_whole(wanted: wgpu::Features) -> Result<Self, DeviceError> {
         let adapter = adapter::best()?;
+        let limits = adapter.limits();
+        Self::of(adapter, wanted, limits)
+    }
+
+    fn of(adapter: wgpu::Adapter, wanted: wgpu::Features, limits: wgpu::Limits) -> Result<Self, DeviceError> {
         let info = adapter.get_info();
         let software = info.device_type == wgpu::DeviceType::Cpu;
         let name = AdapterName::from(info);
-        let descriptor =
-            wgpu::DeviceDescriptor { required_features: adapter.features() & wanted, ..Default::default() };
+        let descriptor = wgpu::DeviceDescriptor {
+            required_features: adapter.features() & wanted,
+            required_limits: limits,
+            ..Default::default()
+        };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| DeviceError::NoAdapter(format!("{}: {e}", name.name)))?;
         let lost = Arc::new(OnceLock::new());

@@ -51,22 +51,36 @@ fn main() {
         for _ in 0..repetitions {
             let before = seconds(&clock);
             let columns = SupportColumns::new(&table, &members).unwrap();
-            let solution = FastSimplex::new(&columns, TOLERANCE).solve_near(&kernels, &fragments, &[&given[0], &given[1]]);
+            let solution = FastSimplex::new(&columns, TOLERANCE).solve_near(
+                &kernels,
+                &fragments,
+                &[&given[0], &given[1]],
+            );
             let time = seconds(&clock) - before;
             note(&mut rates, "FastSimplex", time, solution.exact, 0);
             line += &format!(" fast {:.3}", batch.len() as f64 / time * 1e-6);
             fast = Some(solution);
-            let widths = LaneSimplex::new(&span.columns(&members).unwrap(), TOLERANCE).unwrap().widths().count();
+            let widths =
+                LaneSimplex::new(&span.columns(&members).unwrap(), TOLERANCE).unwrap().widths().count();
             for width in 0..widths - 1 {
                 let before = seconds(&clock);
                 let columns = span.columns(&members).unwrap();
-                let (name, solver) = LaneSimplex::new(&columns, TOLERANCE).unwrap().widths().nth(width).unwrap();
+                let (name, solver) =
+                    LaneSimplex::new(&columns, TOLERANCE).unwrap().widths().nth(width).unwrap();
                 let solution = solver.solve(&batch, &starts);
                 let time = seconds(&clock) - before;
                 let bounds = &fast.as_ref().unwrap().bounds;
                 let differences = solution.lower.iter().zip(bounds).map(|(a, b)| (a - b.lower).abs());
-                let wrong = differences.clone().filter(|d| !(*d <= 2e-6)).count() + solution.uncertified.len();
-                line += &format!(" {} {:.3} (exact {} pivots {:.2} worst {:.1e} wrong {wrong})", &name[..7], batch.len() as f64 / time * 1e-6, solution.exact, solution.pivots as f64 / batch.len() as f64, differences.fold(0.0, f64::max));
+                let wrong =
+                    differences.clone().filter(|d| !(*d <= 2e-6)).count() + solution.uncertified.len();
+                line += &format!(
+                    " {} {:.3} (exact {} pivots {:.2} worst {:.1e} wrong {wrong})",
+                    &name[..7],
+                    batch.len() as f64 / time * 1e-6,
+                    solution.exact,
+                    solution.pivots as f64 / batch.len() as f64,
+                    differences.fold(0.0, f64::max)
+                );
                 note(&mut rates, name, time, solution.exact, wrong);
             }
         }
@@ -83,7 +97,13 @@ fn main() {
     }
 }
 
-fn note(rates: &mut Vec<(String, f64, f64, usize, usize)>, name: &str, time: f64, exact: usize, wrong: usize) {
+fn note(
+    rates: &mut Vec<(String, f64, f64, usize, usize)>,
+    name: &str,
+    time: f64,
+    exact: usize,
+    wrong: usize,
+) {
     if !rates.iter().any(|rate| rate.0 == name) {
         rates.push((name.to_owned(), 0.0, 0.0, 0, 0));
     }

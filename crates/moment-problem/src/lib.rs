@@ -40,6 +40,10 @@
 //! # Ok::<(), moment_problem::MomentError>(())
 //! ```
 
+// What unit tests share with the others names the crate.
+#[cfg(test)]
+extern crate self as moment_problem;
+
 pub mod arithmetic;
 mod basis;
 mod certified;

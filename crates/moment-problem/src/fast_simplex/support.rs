@@ -122,8 +122,10 @@ impl SupportColumns {
             let inverse = DoubleDouble::one() / after;
             directions.push(sample.into_iter().map(|v| v * inverse).collect());
         }
-        let rows: Vec<Vec<f64>> =
-            directions.iter().map(|direction| direction.iter().map(|value| value.to_f64()).collect()).collect();
+        let rows: Vec<Vec<f64>> = directions
+            .iter()
+            .map(|direction| direction.iter().map(|value| value.to_f64()).collect())
+            .collect();
         Self::of_rows(count, &rows, dropped)
     }
 

@@ -1,5 +1,6 @@
 //! Many programs on one support, in the form in which the solver walks through them.
 
+use super::CHUNK;
 use super::span::FunctionSpan;
 use crate::fast_simplex::{FastFragment, FastStart, SupportDistribution};
 
@@ -97,6 +98,8 @@ pub struct LaneStarts {
     pub(super) rank: usize,
     /// Ascending columns, `rank` for each program.
     pub(super) guesses: [Vec<u16>; 2],
+    /// By chunk: the places of its programs, those of one depth with similar guesses side by side.
+    pub(super) similar: Vec<u32>,
 }
 
 impl LaneStarts {
@@ -115,7 +118,15 @@ impl LaneStarts {
             guesses[0].extend_from_slice(first);
             guesses[1].extend_from_slice(second);
         }
-        Self { rank, guesses }
+        let mut similar = Vec::with_capacity(batch.len());
+        for start in (0..batch.len()).step_by(CHUNK) {
+            let end = (start + CHUNK).min(batch.len());
+            let guess = |at: u32| &guesses[0][(start + at as usize) * rank..][..rank];
+            let mut places: Vec<u32> = (0..(end - start) as u32).collect();
+            places.sort_by_key(|&at| (batch.steps[start + at as usize], guess(at), at));
+            similar.extend(places);
+        }
+        Self { rank, guesses, similar }
     }
 
     /// The guesses for a program.

@@ -1,8 +1,8 @@
 //! What a basis proves: its dual vector over the whole support, and its weights.
 
+use super::Work;
 use super::factors::Factors;
 use super::lanes::{LaneValues, Lanes, MAX_LANES, Mask, Quad, unrolled};
-use super::Work;
 
 /// Programs of two vectors share the columns as they are loaded.
 const GROUPS: usize = 2;
@@ -75,7 +75,7 @@ impl<V: Lanes, const D: usize> Basis<V, D> {
             dual_value,
             value,
             rounding,
-            infeasible: factors.is_infeasible(&weights),
+            infeasible: factors.is_infeasible(&weights, work.weight_floor),
             empty: !V::zero().less(costs[0]),
             step,
             front: V::splat(-1e300),
@@ -126,10 +126,7 @@ pub(super) fn certify<V: Lanes, const D: usize, const R: usize>(
             let step = usize::from(work.steps[program as usize]);
             (least, largest) = (least.min(step), largest.max(step));
         }
-        let mut bases = [
-            Basis::<V, D>::new(work, &programs[0]),
-            Basis::<V, D>::new(work, &programs[1]),
-        ];
+        let mut bases = [Basis::<V, D>::new(work, &programs[0]), Basis::<V, D>::new(work, &programs[1])];
         let table = work.table;
         let (least, largest) = (least.min(table.len()), largest.min(table.len()));
         for column in &table[..least] {
@@ -182,7 +179,8 @@ pub(super) fn certify<V: Lanes, const D: usize, const R: usize>(
                 work.lower[at] = bound;
                 work.proved[at] = proved.min(bound);
                 if !settled {
-                    let hopeless = !is_infeasible && unsound >> lane & 1 == 0 && lacks.0[lane] <= 0.5 * tolerance;
+                    let hopeless =
+                        !is_infeasible && unsound >> lane & 1 == 0 && lacks.0[lane] <= 0.5 * tolerance;
                     if hopeless { rest.push(program) } else { open.push(program) }
                 }
             }

@@ -1,5 +1,6 @@
 //! Programs that double precision cannot certify: the simplex method in double-double from the basis that was found.
 
+use super::width::Width;
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::dense::{Factors, dot};
 use crate::fast_simplex::{SupportColumns, SupportDistribution, exact_bound};
@@ -20,47 +21,57 @@ const MAX_PIVOTS: usize = 60;
 /// Roundings of sums of products in double-double, relative.
 const ROUNDING: f64 = 1e-30;
 
-/// A certified bound.
+/// A bound with its proof.
 #[derive(Clone, Debug)]
-pub(super) struct ExactBound {
-    pub(super) lower: f64,
-    pub(super) proved: f64,
-    /// Ascending columns.
-    pub(super) support: Vec<u16>,
+pub struct ExactBound {
+    /// G.
+    pub lower: f64,
+    /// Proved: no distribution on the support with these moments has less mass before z_f.
+    pub proved: f64,
+    /// Ascending basic columns.
+    pub support: Vec<u16>,
 }
 
-/// The columns of one basis.
-pub(super) struct ExactRoute<'a> {
+/// The simplex method in double-double from a given basis, for the columns of one basis of functions.
+pub struct ExactSimplex<'a> {
     columns: &'a SupportColumns,
-    /// By row: largest entry.
-    largest: Vec<f64>,
+    /// By row: its entries over the support.
+    rows: Vec<Vec<f64>>,
+    /// Zeros, as many: what entries lack.
+    none: Vec<f64>,
     /// Moments of the distribution that is mixed in.
     perturbation: Vec<DoubleDouble>,
 }
 
-impl<'a> ExactRoute<'a> {
-    pub(super) fn new(columns: &'a SupportColumns) -> Self {
+impl<'a> ExactSimplex<'a> {
+    /// For these columns.
+    pub fn new(columns: &'a SupportColumns) -> Self {
         let rank = columns.rank();
-        let mut largest = vec![0.0f64; rank];
+        let depths = columns.depths();
+        let mut rows = vec![vec![0.0; depths]; rank];
         let mut perturbation = vec![DoubleDouble::zero(); rank];
-        let share = PERTURBATION / columns.depths() as f64;
-        for j in 0..columns.depths() {
+        let share = PERTURBATION / depths as f64;
+        for j in 0..depths {
             // Unequal weights (golden-ratio sequence), so that ties are broken whatever the symmetry.
             let weight = DoubleDouble::from(share * (0.5 + (j as f64 * 0.618_033_988_749_895).fract()));
             for (i, &a) in columns.column(j)[..rank].iter().enumerate() {
-                largest[i] = largest[i].max(a.abs());
+                rows[i][j] = a;
                 perturbation[i] = perturbation[i] + weight * DoubleDouble::from(a);
             }
         }
-        Self { columns, largest, perturbation }
+        Self { columns, rows, none: vec![0.0; depths], perturbation }
     }
 
     fn entries(&self, j: u16) -> &'a [f64] {
         &self.columns.column(usize::from(j))[..self.columns.rank()]
     }
 
-    /// G for one fragment, from a basis near the optimum; `None` where even double-double does not suffice.
-    pub(super) fn bound(
+    /// G for a kernel at depth number `step` of the support with F = `mass_before`, from ascending columns near the optimum;
+    /// `None` where even double-double does not suffice.
+    ///
+    /// # Panics
+    /// If the support has no such depth or column.
+    pub fn bound(
         &self,
         kernel: &SupportDistribution,
         step: u16,
@@ -104,8 +115,13 @@ impl<'a> ExactRoute<'a> {
                 basis[least] = self.repairing(&factors.solve_transposed(&unit), &dual, step, &basis)?;
                 continue;
             }
-            let (excess, entering) = self.largest_excess(&dual, step, &basis);
-            if excess > GAIN && !basis.contains(&entering) {
+            let excesses = self.products(&dual, step);
+            let excess = excesses.iter().fold(0.0, |most: f64, &excess| most.max(excess));
+            // Basic columns price out to rounding only.
+            let entering = (0..excesses.len() as u16)
+                .filter(|j| !basis.contains(j) && excesses[usize::from(*j)] > GAIN)
+                .max_by(|&a, &b| excesses[usize::from(a)].total_cmp(&excesses[usize::from(b)]));
+            if let Some(entering) = entering {
                 let column: Vec<DoubleDouble> =
                     self.entries(entering).iter().map(|&a| DoubleDouble::from(a)).collect();
                 let direction: Vec<f64> = factors.solve(&column).iter().map(|d| d.to_f64()).collect();
@@ -120,8 +136,8 @@ impl<'a> ExactRoute<'a> {
             let value = dot(&dual, &target).to_f64();
             let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();
             let rounding = size * ROUNDING;
-            let proved = (value - excess.max(0.0) - 2.0 * rounding).max(0.0);
-            if !proved.is_finite() {
+            let proved = (value - excess - 2.0 * rounding).max(0.0);
+            if !(proved.is_finite() && size.is_finite()) {
                 return None;
             }
             basis.sort_unstable();
@@ -133,19 +149,21 @@ impl<'a> ExactRoute<'a> {
     }
 
     /// The column that takes the place of one with a negative weight (dual simplex method); `rho` is its row of the inverse.
-    fn repairing(&self, rho: &[DoubleDouble], dual: &[DoubleDouble], step: u16, basis: &[u16]) -> Option<u16> {
+    fn repairing(
+        &self,
+        rho: &[DoubleDouble],
+        dual: &[DoubleDouble],
+        step: u16,
+        basis: &[u16],
+    ) -> Option<u16> {
+        let sizes = self.products(rho, 0);
+        let excesses = self.products(dual, step);
+        let floor = -PIVOT_TOLERANCE * sizes.iter().fold(0.0, |least: f64, &size| least.min(size));
         let mut best: Option<(u16, f64)> = None;
-        let sizes: Vec<f64> = (0..self.columns.depths() as u16)
-            .map(|j| {
-                let terms = rho.iter().zip(self.entries(j));
-                -terms.fold(DoubleDouble::zero(), |sum, (&r, &a)| sum + r * DoubleDouble::from(a)).to_f64()
-            })
-            .collect();
-        let floor = PIVOT_TOLERANCE * sizes.iter().fold(0.0, |most: f64, &size| most.max(size));
-        for (j, &size) in sizes.iter().enumerate() {
+        for (j, (&size, &excess)) in sizes.iter().zip(&excesses).enumerate() {
             let j = j as u16;
-            if size > floor && !basis.contains(&j) {
-                let ratio = (-self.excess(dual, j, step)).max(0.0) / size;
+            if -size > floor && !basis.contains(&j) {
+                let ratio = (-excess).max(0.0) / -size;
                 if best.is_none_or(|(_, least)| ratio < least) {
                     best = Some((j, ratio));
                 }
@@ -154,38 +172,16 @@ impl<'a> ExactRoute<'a> {
         best.map(|(j, _)| j)
     }
 
-    /// y . a - p at a column.
-    fn excess(&self, dual: &[DoubleDouble], j: u16, step: u16) -> f64 {
-        let cost = DoubleDouble::from(if j < step { -1.0 } else { 0.0 });
-        let terms = dual.iter().zip(self.entries(j));
-        terms.fold(cost, |sum, (&y, &a)| sum + y * DoubleDouble::from(a)).to_f64()
-    }
-
-    /// Largest y . a - p over the support, basic columns left out as far as the entering one is concerned.
-    ///
-    /// Doubles say which columns come into question.
-    fn largest_excess(&self, dual: &[DoubleDouble], step: u16, basis: &[u16]) -> (f64, u16) {
-        let y: Vec<f64> = dual.iter().map(|value| value.to_f64()).collect();
-        let size: f64 = y.iter().zip(&self.largest).map(|(y, a)| y.abs() * a).sum::<f64>() + 1.0;
-        let error = (2 * y.len() + 4) as f64 * f64::EPSILON * size;
-        let rough: Vec<f64> = (0..self.columns.depths() as u16)
-            .map(|j| {
-                let cost = if j < step { -1.0 } else { 0.0 };
-                y.iter().zip(self.entries(j)).fold(cost, |sum: f64, (y, a)| sum + y * a)
-            })
-            .collect();
-        let most = rough.iter().fold(f64::NEG_INFINITY, |most: f64, &value| most.max(value));
-        let mut best = (f64::NEG_INFINITY, 0);
-        for (j, &value) in rough.iter().enumerate() {
-            // A NaN comes into question too.
-            if value < most - 2.0 * error {
-                continue;
-            }
-            let exact = self.excess(dual, j as u16, step);
-            if exact > best.0 && (exact <= GAIN || !basis.contains(&(j as u16))) || exact.is_nan() {
-                best = (exact, j as u16);
-            }
+    /// y . a over the support, less 1 before `step`, in double-double.
+    fn products(&self, y: &[DoubleDouble], step: u16) -> Vec<f64> {
+        let mut values = vec![0.0; self.columns.depths()];
+        values.iter_mut().take(usize::from(step)).for_each(|value| *value = -1.0);
+        let mut errors = vec![0.0; values.len()];
+        for (y, row) in y.iter().zip(&self.rows) {
+            let factor = (y.to_f64(), y.low());
+            Width::widest().accumulate(factor, (row, &self.none), &mut values, &mut errors);
         }
-        best
+        values.iter_mut().zip(&errors).for_each(|(value, error)| *value += error);
+        values
     }
 }

@@ -10,7 +10,7 @@ const SMALLEST_PIVOT: f64 = 1e-300;
 const WEIGHT_TOLERANCE: f64 = 5e-14;
 
 /// The same for weights whose row has no size: two roundings of the mass 1.
-const MASS_TOLERANCE: f64 = 3e-16;
+pub(super) const MASS_TOLERANCE: f64 = 3e-16;
 
 /// L U factors of C = \[a(x_1) - a(x_0) | ... | a(x_D) - a(x_(D-1))\], D x D with row exchanges, and a(x_0).
 ///
@@ -180,9 +180,9 @@ impl<V: Lanes, const D: usize> Factors<V, D> {
         Self::spread(1.0, &v)
     }
 
-    /// Whether a weight is negative beyond rounding, or no number, or the matrix singular.
+    /// Whether a weight is negative beyond rounding and `floor`, or no number, or the matrix singular.
     #[inline(always)]
-    pub(super) fn is_infeasible<const R: usize>(&self, w: &[V; R]) -> V::Mask {
+    pub(super) fn is_infeasible<const R: usize>(&self, w: &[V; R], floor: f64) -> V::Mask {
         // One vector of signs estimates the size of all rows.
         let mut v = [V::splat(1.0); D];
         v[1 % D] = V::splat(-1.0);
@@ -190,7 +190,7 @@ impl<V: Lanes, const D: usize> Factors<V, D> {
         let size: [V; R] = Self::spread(0.0, &v);
         let mut bad = self.singular;
         unrolled!(r < R, {
-            let floor = V::splat(WEIGHT_TOLERANCE).neg_mul_add(size[r].abs(), V::splat(-MASS_TOLERANCE));
+            let floor = V::splat(WEIGHT_TOLERANCE).neg_mul_add(size[r].abs(), V::splat(-floor));
             bad = bad | !w[r].at_least(floor);
         });
         bad

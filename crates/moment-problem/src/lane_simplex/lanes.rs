@@ -17,7 +17,9 @@ pub(super) struct LaneValues(pub(super) [f64; MAX_LANES]);
 pub(super) struct Quad(pub(super) [f64; 4]);
 
 /// A truth value for each lane.
-pub(super) trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+pub(super) trait Mask:
+    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
+{
     /// Lane i from bit i.
     fn of(bits: u32) -> Self;
     /// Bit i from lane i.
@@ -247,7 +249,9 @@ mod tests {
             // Which NaN a sum gives is not specified.
             bits.extend(values.0[..4].iter().map(|value| if value.is_nan() { 1 } else { value.to_bits() }));
         }
-        for mask in [a.less(b), a.at_least(b), a.equal(a), !a.less(b), V::Mask::of(5) | a.less(b) & a.equal(a)] {
+        for mask in
+            [a.less(b), a.at_least(b), a.equal(a), !a.less(b), V::Mask::of(5) | a.less(b) & a.equal(a)]
+        {
             bits.push(u64::from(mask.bits() & 15));
         }
         bits

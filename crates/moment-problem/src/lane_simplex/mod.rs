@@ -7,13 +7,14 @@
 //! 1. moments of all kernels by one small product ([`FunctionSpan`]);
 //! 2. Newton's method for points of contact, from the optima of two other bases;
 //! 3. the certificate: the dual vector of the basis over the whole support. Two programs of three end here;
-//! 4. the primal simplex method for the others. Few columns are priced first, then the best is improved, and only where
+//! 4. the primal simplex method for the others, first for one in eight of them; Newton's method from the optima of these may
+//!    give similar programs a better start. Few columns are priced first, then the best is improved, and only where
 //!    nothing is found the neighbours of the basic columns are asked; then the certificate again;
 //! 5. once more with all columns priced, for one of a thousand;
 //! 6. the simplex method in double-double from the basis that was found, for what double precision cannot certify.
 //!
-//! A lane that is done takes the next program. What a program gives does not depend on its neighbours, so results are the same
-//! for all vector widths, orders and divisions of a batch.
+//! A lane that is done takes the next program, and nothing that a lane computes depends on the others: results are the same to
+//! the bit for all vector widths.
 
 // Loops run over several small arrays by one index, and closures of iterator chains are not always compiled for the
 // vector width of the function that they are in.
@@ -34,10 +35,11 @@ mod vectors;
 mod width;
 
 pub use batch::{LaneStarts, ProgramBatch};
-use exact::ExactRoute;
+pub use exact::{ExactBound, ExactSimplex};
+use factors::MASS_TOLERANCE;
 use lanes::{Lanes, Quad};
 use pivots::Pricing;
-pub use span::{FunctionSpan, SpanColumns};
+pub use span::{FunctionSpan, Rounding, SpanColumns};
 use width::{CHAINS, Width};
 
 /// Largest number of functions of a basis.
@@ -45,6 +47,9 @@ pub const MAX_FUNCTIONS: usize = 4;
 
 /// Programs that go through all stages together: what they need stays in the second-level cache.
 const CHUNK: usize = 8192;
+
+/// One in so many of the programs that Newton's method does not settle is solved first and gives a start to its neighbours.
+const SEEDED: usize = 8;
 
 /// Bounds in the order of the programs.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -71,6 +76,8 @@ pub struct LaneSimplex<'a> {
     columns: &'a SpanColumns,
     tolerance: f64,
     width: Width,
+    /// Weights may be negative by this whatever the size of their row.
+    weight_floor: f64,
 }
 
 impl<'a> LaneSimplex<'a> {
@@ -78,7 +85,7 @@ impl<'a> LaneSimplex<'a> {
     /// [`MAX_FUNCTIONS`] independent functions.
     pub fn new(columns: &'a SpanColumns, tolerance: f64) -> Option<Self> {
         let served = columns.columns.rank() <= MAX_FUNCTIONS + 1;
-        served.then(|| Self { columns, tolerance, width: Width::widest() })
+        served.then(|| Self { columns, tolerance, width: Width::widest(), weight_floor: MASS_TOLERANCE })
     }
 
     /// The same with other vectors that this machine has, the widest first, for comparison.
@@ -111,8 +118,8 @@ impl<'a> LaneSimplex<'a> {
         let table: Vec<Quad> = (0..columns.depths())
             .map(|j| Quad(std::array::from_fn(|i| if i < D { columns.column(j)[i + 1] } else { 0.0 })))
             .collect();
-        let errors = Errors::new(&table, &self.columns.transform, batch);
-        let exact = ExactRoute::new(columns);
+        let errors = self.columns.rounding(batch, self.columns.transform.len().div_ceil(CHAINS) + 2);
+        let exact = ExactSimplex::new(columns);
         let guesses = [&starts.guesses[0], &starts.guesses[1]].map(|guesses| guesses.as_chunks::<R>().0);
         let count = batch.len();
         let mut solution = BatchSolution {
@@ -126,14 +133,21 @@ impl<'a> LaneSimplex<'a> {
         for start in (0..count).step_by(CHUNK) {
             let range = start..(start + CHUNK).min(count);
             let moments = &mut moments[..range.len()];
-            self.width.moments(&self.columns.transform, &batch.coordinates, &batch.rows[range.clone()], moments);
+            self.width.moments(
+                &self.columns.transform,
+                &batch.coordinates,
+                &batch.rows[range.clone()],
+                moments,
+            );
             let mut work = Work::<R> {
                 table: &table,
                 errors,
                 tolerance: self.tolerance,
+                weight_floor: self.weight_floor,
                 steps: &batch.steps[range.clone()],
                 masses: &batch.masses[range.clone()],
                 guesses: guesses.map(|guesses| &guesses[range.clone()]),
+                similar: &starts.similar[range.clone()],
                 moments,
                 supports: &mut solution.supports.as_chunks_mut::<R>().0[range.clone()],
                 lower: &mut solution.lower[range.clone()],
@@ -165,38 +179,17 @@ impl<'a> LaneSimplex<'a> {
     }
 }
 
-/// What rounding may do to a dual function, for each unit of the dual vector.
-#[derive(Clone, Copy, Debug)]
-struct Errors {
-    /// By row behind that of ones.
-    rows: [f64; 4],
-    mass: f64,
-}
-
-impl Errors {
-    fn new(table: &[Quad], transform: &[Quad], batch: &ProgramBatch<'_>) -> Self {
-        // Products of the dual function at a column, and of y . b: five operations at most, each with half an epsilon.
-        const OPERATIONS: f64 = 8.0 * f64::EPSILON;
-        // Rounding of coordinates and factors, then a chain of products for each moment.
-        let chain = (transform.len().div_ceil(CHAINS) + 5) as f64 * 0.5 * f64::EPSILON;
-        let rows = std::array::from_fn(|i| {
-            let largest = table.iter().fold(0.0, |most: f64, column| most.max(column.0[i].abs()));
-            let terms = transform.iter().zip(&batch.largest);
-            let sum: f64 = terms.map(|(factor, largest)| factor.0[i].abs() * largest).sum();
-            OPERATIONS * largest + chain * sum
-        });
-        Self { rows, mass: OPERATIONS + batch.mass_error }
-    }
-}
-
 /// A chunk of programs on its way.
 struct Work<'a, const R: usize> {
     table: &'a [Quad],
-    errors: Errors,
+    errors: Rounding,
     tolerance: f64,
+    weight_floor: f64,
     steps: &'a [u16],
     masses: &'a [f64],
     guesses: [&'a [[u16; R]]; 2],
+    /// All programs, similar ones side by side.
+    similar: &'a [u32],
     moments: &'a [Quad],
     supports: &'a mut [[u16; R]],
     lower: &'a mut [f64],
@@ -226,13 +219,79 @@ fn solve<V: Lanes, const D: usize, const R: usize>(work: &mut Work<'_, R>) {
     let mut list: Vec<u32> = (0..work.count() as u32).collect();
     let mut open = Vec::new();
     certificate::certify::<V, D, R>(work, &list, &mut open, &mut rest);
-    for pricing in [Pricing::Coarse, Pricing::Full] {
-        std::mem::swap(&mut list, &mut open);
-        open.clear();
-        pivots::pivots::<V, D, R>(work, &list, pricing);
-        certificate::certify::<V, D, R>(work, &list, &mut open, &mut rest);
-    }
+    let (seeds, others) = seeded(work, &open);
+    pivots::pivots::<V, D, R>(work, &seeds, Pricing::Coarse);
+    newton::from_seeds::<V, D, R>(work, &others);
+    list.clear();
+    list.extend(others.iter().map(|(program, _)| program));
+    pivots::pivots::<V, D, R>(work, &list, Pricing::Coarse);
+    list.clear();
+    certificate::certify::<V, D, R>(work, &open, &mut list, &mut rest);
+    open.clear();
+    pivots::pivots::<V, D, R>(work, &list, Pricing::Full);
+    certificate::certify::<V, D, R>(work, &list, &mut open, &mut rest);
     rest.extend(open);
     rest.sort_unstable();
     work.rest = rest;
+}
+
+/// A program and seeds for it.
+type Seeded = (u32, [u32; 2]);
+
+/// Divides programs into seeds and others, each with the nearest seeds of the same depth before and behind it.
+fn seeded<const R: usize>(work: &Work<'_, R>, open: &[u32]) -> (Vec<u32>, Vec<Seeded>) {
+    let mut is_open = vec![false; work.count()];
+    open.iter().for_each(|&program| is_open[program as usize] = true);
+    let sorted: Vec<u32> =
+        work.similar.iter().copied().filter(|&program| is_open[program as usize]).collect();
+    let seeds: Vec<u32> = sorted.iter().copied().step_by(SEEDED).collect();
+    let mut others = Vec::with_capacity(sorted.len());
+    for (group, programs) in sorted.chunks(SEEDED).enumerate() {
+        let (before, behind) = (seeds[group], seeds.get(group + 1).copied());
+        for (place, &program) in programs.iter().enumerate().skip(1) {
+            let alike = |seed: &u32| work.steps[*seed as usize] == work.steps[program as usize];
+            let mut pair = [Some(before), behind].map(|seed| seed.filter(alike).unwrap_or(newton::NONE));
+            if place > SEEDED / 2 {
+                pair.swap(0, 1);
+            }
+            others.push((program, pair));
+        }
+    }
+    (seeds, others)
+}
+
+#[cfg(test)]
+#[path = "../../tests/programs/mod.rs"]
+mod programs;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Basis;
+    use crate::fast_simplex::{FastSimplex, FunctionTable, SupportColumns};
+
+    /// Dual vectors of 1e10 turn a weight that is negative by some roundings of 1 into an error that shows.
+    #[test]
+    fn an_absolute_tolerance_of_weights_would_accept_wrong_bounds() {
+        let functions = ["z^2", "z^8", "exp(-2z)", "cos(3pi z)"].map(|f| f.parse().unwrap());
+        let depths = FunctionTable::uniform_depths(256);
+        let span = FunctionSpan::new(&FunctionTable::new(&functions, &depths).unwrap());
+        let (kernels, fragments) = programs::narrow(20_000);
+        let batch = ProgramBatch::new(&span, &kernels, &fragments);
+        let columns = span.columns(&[0, 1, 2, 3]).unwrap();
+        let power = FunctionTable::new(Basis::power(4).functions(), &depths).unwrap();
+        let power = SupportColumns::new(&power, &[0, 1, 2, 3]).unwrap();
+        let start = FastSimplex::new(&power, 1e-6).thorough().solve(&kernels, &fragments).start();
+        let starts = LaneStarts::new(&batch, [&start, &start], 5);
+        let solve = |weight_floor: f64| {
+            let solver = LaneSimplex { weight_floor, ..LaneSimplex::new(&columns, 1e-6).unwrap() };
+            let solution = solver.solve(&batch, &starts);
+            assert!(solution.uncertified.is_empty());
+            solution.lower
+        };
+        // The bounds with the relative tolerance follow from their bases in rational arithmetic, see the other tests.
+        let (right, planted) = (solve(MASS_TOLERANCE), solve(2e-14));
+        let wrong = planted.iter().zip(&right).filter(|(a, b)| !((*a - *b).abs() <= 2e-6)).count();
+        assert!(wrong > 0, "the planted tolerance goes unnoticed");
+    }
 }

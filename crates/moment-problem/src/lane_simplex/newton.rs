@@ -2,23 +2,102 @@
 
 use super::Work;
 use super::factors::Factors;
-use super::lanes::{LaneValues, Lanes, MAX_LANES, Mask, unrolled};
+use super::lanes::{LaneValues, Lanes, MAX_LANES, Mask, Quad, unrolled};
 
 /// How often a guess is corrected before it is given up.
 const MAX_SHIFTS: u8 = 6;
+
+/// Bases in all lanes, in memory, since lanes are filled one by one.
+struct State<const R: usize> {
+    x: [LaneValues; R],
+    step: LaneValues,
+    b: [LaneValues; 4],
+}
+
+/// What one step of Newton's method says, by lane.
+struct Step {
+    /// The weights are in order; such a lane is left as it is.
+    good: u32,
+    /// Columns were moved.
+    moved: u32,
+    /// Objective of the weights.
+    value: LaneValues,
+}
+
+impl<const R: usize> State<R> {
+    fn new(work: &Work<'_, R>) -> Self {
+        let none = LaneValues([0.0; MAX_LANES]);
+        let mut x = [none; R];
+        for (lanes, column) in x.iter_mut().zip(work.spread()) {
+            *lanes = LaneValues([f64::from(column); MAX_LANES]);
+        }
+        Self { x, step: none, b: [none; 4] }
+    }
+
+    #[inline(always)]
+    fn set_program(&mut self, lane: usize, work: &Work<'_, R>, program: usize) {
+        self.step.0[lane] = f64::from(work.steps[program]);
+        for i in 0..4 {
+            self.b[i].0[lane] = work.moments[program].0[i];
+        }
+    }
+
+    #[inline(always)]
+    fn set_support(&mut self, lane: usize, support: &[u16; R]) {
+        for r in 0..R {
+            self.x[r].0[lane] = f64::from(support[r]);
+        }
+    }
+
+    #[inline(always)]
+    fn support(&self, lane: usize) -> [u16; R] {
+        let mut support = [0; R];
+        for r in 0..R {
+            support[r] = self.x[r].0[lane] as u16;
+        }
+        support
+    }
+
+    /// One step in all lanes.
+    #[inline(always)]
+    fn advance<V: Lanes, const D: usize>(&mut self, table: &[Quad], floor: f64, live: u32) -> Step {
+        let mut x = [V::zero(); R];
+        unrolled!(r < R, {
+            x[r] = V::load(&self.x[r]);
+        });
+        let mut moments = [V::zero(); 4];
+        unrolled!(i < 4, {
+            moments[i] = V::load(&self.b[i]);
+        });
+        let step = V::load(&self.step);
+        let factors = Factors::<V, D>::new(table, &x);
+        let weights: [V; R] = factors.weights(&moments);
+        let infeasible = factors.is_infeasible(&weights, floor);
+        let good = live & !infeasible.bits();
+        let mut value = V::zero();
+        unrolled!(r < R, {
+            value = value + V::select(x[r].less(step), weights[r], V::zero());
+        });
+        let mut moved = 0;
+        if live & !good != 0 {
+            let last = V::splat((table.len() - 1) as f64);
+            moved = shift(infeasible, &mut x, &weights, step, last).bits();
+            unrolled!(r < R, {
+                x[r].store(&mut self.x[r]);
+            });
+        }
+        let mut values = LaneValues([0.0; MAX_LANES]);
+        value.store(&mut values);
+        Step { good, moved, value: values }
+    }
+}
 
 /// A feasible basis for every program near one of its guesses, or the first guess where there is none.
 #[inline(always)]
 pub(super) fn newton<V: Lanes, const D: usize, const R: usize>(work: &mut Work<'_, R>) {
     let count = work.count();
     let all = (1u32 << V::COUNT) - 1;
-    let spread = work.spread();
-    let mut x = [LaneValues([0.0; MAX_LANES]); R];
-    for r in 0..R {
-        x[r] = LaneValues([f64::from(spread[r]); MAX_LANES]);
-    }
-    let mut step = LaneValues([0.0; MAX_LANES]);
-    let mut b = [LaneValues([0.0; MAX_LANES]); 4];
+    let mut state = State::new(work);
     let (mut program, mut shifts, mut guess) = ([0usize; MAX_LANES], [0u8; MAX_LANES], [0u8; MAX_LANES]);
     let (mut live, mut next) = (0u32, 0);
     loop {
@@ -28,38 +107,14 @@ pub(super) fn newton<V: Lanes, const D: usize, const R: usize>(work: &mut Work<'
             idle &= idle - 1;
             live |= 1 << lane;
             (program[lane], shifts[lane], guess[lane]) = (next, 0, 0);
-            step.0[lane] = f64::from(work.steps[next]);
-            for r in 0..R {
-                x[r].0[lane] = f64::from(work.guesses[0][next][r]);
-            }
-            for i in 0..4 {
-                b[i].0[lane] = work.moments[next].0[i];
-            }
+            state.set_program(lane, work, next);
+            state.set_support(lane, &work.guesses[0][next]);
             next += 1;
         }
         if live == 0 {
             return;
         }
-        let mut xs = [V::zero(); R];
-        unrolled!(r < R, {
-            xs[r] = V::load(&x[r]);
-        });
-        let mut moments = [V::zero(); 4];
-        unrolled!(i < 4, {
-            moments[i] = V::load(&b[i]);
-        });
-        let factors = Factors::<V, D>::new(work.table, &xs);
-        let weights: [V; R] = factors.weights(&moments);
-        let infeasible = factors.is_infeasible(&weights);
-        let good = live & !infeasible.bits();
-        let mut moved = 0;
-        if live & !good != 0 {
-            let last = V::splat((work.table.len() - 1) as f64);
-            moved = shift(infeasible, &mut xs, &weights, V::load(&step), last).bits();
-            unrolled!(r < R, {
-                xs[r].store(&mut x[r]);
-            });
-        }
+        let Step { good, moved, .. } = state.advance::<V, D>(work.table, work.weight_floor, live);
         let mut finished = good | (live & !moved);
         let mut rest = live & !finished;
         while rest != 0 {
@@ -77,16 +132,75 @@ pub(super) fn newton<V: Lanes, const D: usize, const R: usize>(work: &mut Work<'
             let is_good = good >> lane & 1 == 1;
             if !is_good && guess[lane] == 0 {
                 (guess[lane], shifts[lane]) = (1, 0);
-                for r in 0..R {
-                    x[r].0[lane] = f64::from(work.guesses[1][at][r]);
-                }
+                state.set_support(lane, &work.guesses[1][at]);
                 continue;
             }
-            for r in 0..R {
-                work.supports[at][r] =
-                    if is_good { x[r].0[lane] as u16 } else { work.guesses[0][at][r] };
-            }
+            work.supports[at] = if is_good { state.support(lane) } else { work.guesses[0][at] };
             live &= !(1 << lane);
+        }
+    }
+}
+
+/// No seed.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Newton's method from the optima of similar programs that are solved already, two for each; of these bases and the present
+/// one the feasible one with the least objective is taken.
+#[inline(always)]
+pub(super) fn from_seeds<V: Lanes, const D: usize, const R: usize>(
+    work: &mut Work<'_, R>,
+    list: &[(u32, [u32; 2])],
+) {
+    let all = (1u32 << V::COUNT) - 1;
+    let mut state = State::new(work);
+    let mut place = [0usize; MAX_LANES];
+    let (mut shifts, mut tried) = ([0u8; MAX_LANES], [0u8; MAX_LANES]);
+    let mut best = [(f64::INFINITY, [0u16; R]); MAX_LANES];
+    let (mut live, mut next) = (0u32, 0);
+    loop {
+        let mut idle = all & !live;
+        while idle != 0 && next < list.len() {
+            let lane = idle.trailing_zeros() as usize % MAX_LANES;
+            idle &= idle - 1;
+            live |= 1 << lane;
+            let program = list[next].0 as usize;
+            (place[lane], shifts[lane], tried[lane]) = (next, 0, 0);
+            best[lane] = (f64::INFINITY, work.supports[program]);
+            state.set_program(lane, work, program);
+            state.set_support(lane, &work.supports[program]);
+            next += 1;
+        }
+        if live == 0 {
+            return;
+        }
+        let Step { good, moved, value } = state.advance::<V, D>(work.table, work.weight_floor, live);
+        let mut each = live;
+        while each != 0 {
+            let lane = each.trailing_zeros() as usize % MAX_LANES;
+            each &= each - 1;
+            let is_good = good >> lane & 1 == 1;
+            shifts[lane] += 1;
+            let is_over = is_good || moved >> lane & 1 == 0 || tried[lane] == 0 || shifts[lane] >= MAX_SHIFTS;
+            if !is_over {
+                continue;
+            }
+            if is_good && value.0[lane] < best[lane].0 {
+                best[lane] = (value.0[lane], state.support(lane));
+            }
+            let (program, seeds) = list[place[lane]];
+            let mut seed = NONE;
+            while seed == NONE && usize::from(tried[lane]) < seeds.len() {
+                seed = seeds[usize::from(tried[lane])];
+                tried[lane] += 1;
+            }
+            if seed == NONE {
+                work.supports[program as usize] = best[lane].1;
+                live &= !(1 << lane);
+            } else {
+                shifts[lane] = 0;
+                let support = work.supports[seed as usize];
+                state.set_support(lane, &support);
+            }
         }
     }
 }
@@ -94,13 +208,7 @@ pub(super) fn newton<V: Lanes, const D: usize, const R: usize>(work: &mut Work<'
 /// Moves pairs of neighbouring columns with a negative weight to their centre of mass, and replaces a pair without mass by
 /// both ends of the support, in lanes of `mask`. True where something moved; elsewhere nothing changes.
 #[inline(always)]
-fn shift<V: Lanes, const R: usize>(
-    mask: V::Mask,
-    x: &mut [V; R],
-    w: &[V; R],
-    step: V,
-    last: V,
-) -> V::Mask {
+fn shift<V: Lanes, const R: usize>(mask: V::Mask, x: &mut [V; R], w: &[V; R], step: V, last: V) -> V::Mask {
     let (zero, one, no) = (V::zero(), V::splat(1.0), V::Mask::of(0));
     let (mut first, mut second) = ([no; R], [no; R]);
     unrolled!(r < R, {

@@ -330,8 +330,7 @@ fn search<V: Lanes, const R: usize>(
         while half > 0 {
             let distance = V::splat(half as f64);
             let (below, above) = (zero.max(at - distance), (at + distance).min(last));
-            let (low, high) =
-                (gain::<V, R>(table, y, front, below), gain::<V, R>(table, y, front, above));
+            let (low, high) = (gain::<V, R>(table, y, front, below), gain::<V, R>(table, y, front, above));
             let better = best.less(low);
             best = V::select(better, low, best);
             at = V::select(better, below, at);

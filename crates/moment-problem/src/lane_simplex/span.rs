@@ -3,6 +3,7 @@
 //! Phi is an orthonormal basis of it over the support. A kernel's coordinates m = Phi^T Z are computed once; the moments of
 //! any basis of the family are b = T m, and its columns a(z_j) = T Phi_j. The rows of T are orthonormal, so nothing cancels.
 
+use super::batch::ProgramBatch;
 use super::lanes::Quad;
 use super::width::Width;
 use crate::arithmetic::{DoubleDouble, Field, Real};
@@ -141,7 +142,10 @@ impl FunctionSpan {
         for (row, values) in rows.iter().zip(&mut values) {
             errors.fill(0.0);
             for (r, factor) in row.iter().enumerate() {
-                let (high, low) = (&self.high[r * self.padded..][..self.padded], &self.low[r * self.padded..][..self.padded]);
+                let (high, low) = (
+                    &self.high[r * self.padded..][..self.padded],
+                    &self.low[r * self.padded..][..self.padded],
+                );
                 Width::widest().accumulate((factor.to_f64(), factor.low()), (high, low), values, &mut errors);
             }
             values.iter_mut().zip(&errors).for_each(|(value, error)| *value += error);
@@ -162,6 +166,15 @@ pub struct SpanColumns {
     pub(super) transform: Vec<Quad>,
 }
 
+/// What rounding may do to a dual function in double precision, for each unit of the dual vector.
+#[derive(Clone, Copy, Debug)]
+pub struct Rounding {
+    /// By row behind that of ones, zero beyond the rank.
+    pub rows: [f64; 4],
+    /// For the row of ones.
+    pub mass: f64,
+}
+
 impl SpanColumns {
     /// The columns.
     pub fn columns(&self) -> &SupportColumns {
@@ -171,5 +184,30 @@ impl SpanColumns {
     /// T by dimension: entry i - 1 of each is the factor of that coordinate in moment i, zero beyond the rank.
     pub fn transform(&self) -> impl ExactSizeIterator<Item = [f64; 4]> + '_ {
         self.transform.iter().map(|quad| quad.0)
+    }
+
+    /// Rows 1 to 4 of the columns, zero beyond the rank.
+    pub fn entries(&self) -> impl ExactSizeIterator<Item = [f64; 4]> + '_ {
+        let rank = self.columns.rank().min(5);
+        (0..self.columns.depths()).map(move |j| {
+            let column = self.columns.column(j);
+            std::array::from_fn(|i| if i + 1 < rank { column[i + 1] } else { 0.0 })
+        })
+    }
+
+    /// Rounding of y . a at a column and of y . b, where every moment is a sum of products in which each term goes through at
+    /// most `chain` additions.
+    pub fn rounding(&self, batch: &ProgramBatch<'_>, chain: usize) -> Rounding {
+        // Products of the dual function: five operations at most, each with half an epsilon, on both sides.
+        const OPERATIONS: f64 = 8.0 * f64::EPSILON;
+        // Rounding of coordinates, factors and products comes before the additions.
+        let chain = (chain + 3) as f64 * 0.5 * f64::EPSILON;
+        let rows = std::array::from_fn(|i| {
+            let largest = self.entries().fold(0.0, |most: f64, column| most.max(column[i].abs()));
+            let terms = self.transform.iter().zip(&batch.largest);
+            let sum: f64 = terms.map(|(factor, largest)| factor.0[i].abs() * largest).sum();
+            OPERATIONS * largest + chain * sum
+        });
+        Rounding { rows, mass: OPERATIONS + batch.mass_error }
     }
 }

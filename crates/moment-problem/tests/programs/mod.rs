@@ -4,7 +4,12 @@ use moment_problem::fast_simplex::{FastFragment, SupportDistribution};
 
 /// Kernels of one to seven clusters, from a single depth to half of the interval wide, and fragments at all kinds of
 /// depths, in ascending order of depth.
-pub(crate) fn workload(cells: usize, seed: u64, count: usize) -> (Vec<SupportDistribution>, Vec<FastFragment>) {
+#[allow(dead_code)]
+pub(crate) fn workload(
+    cells: usize,
+    seed: u64,
+    count: usize,
+) -> (Vec<SupportDistribution>, Vec<FastFragment>) {
     let mut state = seed;
     let mut unit = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -27,6 +32,29 @@ pub(crate) fn workload(cells: usize, seed: u64, count: usize) -> (Vec<SupportDis
         kernels.push(distribution);
     }
     fragments.retain(|fragment| fragment.mass_before > 0.0);
+    fragments.sort_by_key(|fragment| fragment.step);
+    (kernels, fragments)
+}
+
+/// Kernels of five neighbouring cells of 256, at depths within them: high powers need dual vectors of 1e10 and more there.
+#[allow(dead_code)]
+pub(crate) fn narrow(count: usize) -> (Vec<SupportDistribution>, Vec<FastFragment>) {
+    let mut state = 5u64;
+    let mut unit = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let (mut kernels, mut fragments, mut scratch) = (Vec::new(), Vec::new(), Vec::new());
+    for kernel in 0..count as u32 {
+        let first = 1.0 + (unit() * 250.0).floor();
+        let weights: Vec<f64> = (0..5).map(|_| unit().powi(4)).collect();
+        let sum: f64 = weights.iter().sum();
+        let taps = weights.iter().enumerate().map(|(i, &w)| ((first + i as f64) / 256.0, w / sum));
+        let distribution = SupportDistribution::snapped(taps, 256, &mut scratch);
+        let step = first as u16 + 1 + (unit() * 4.0) as u16;
+        fragments.push(FastFragment { kernel, step, mass_before: distribution.cdf(step) });
+        kernels.push(distribution);
+    }
     fragments.sort_by_key(|fragment| fragment.step);
     (kernels, fragments)
 }
@@ -77,9 +105,7 @@ pub(crate) fn waves() -> [usize; 4] {
 
 fn places(basis: moment_problem::Basis) -> [usize; 4] {
     let family = moment_problem::Basis::default_family();
-    std::array::from_fn(|i| {
-        family.iter().position(|function| *function == basis.functions()[i]).unwrap()
-    })
+    std::array::from_fn(|i| family.iter().position(|function| *function == basis.functions()[i]).unwrap())
 }
 
 /// The subset of a number, in lexicographic order.
