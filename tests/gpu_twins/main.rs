@@ -13,6 +13,7 @@ mod fragments;
 mod frames;
 mod modules;
 mod pairwise;
+mod search;
 mod soft_shadows;
 
 use std::process::ExitCode;
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
     trials.extend(frames::trials());
     trials.extend(pairwise::trials());
     trials.extend(soft_shadows::trials());
+    trials.push(search::trial());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()
 }

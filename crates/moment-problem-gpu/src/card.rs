@@ -151,11 +151,11 @@ pub struct Card {
 const STAGES: [(&str, usize, &[u32]); 8] = [
     ("moment", 0, &[0, 2, 3, 8]),
     ("newton", 0, &[0, 1, 4, 5, 8, 9]),
-    ("certify_all", 0, &[0, 1, 5, 6, 8, 9, 10, 11, 12]),
+    ("certify_all", 0, &[0, 1, 5, 6, 8, 9, 10, 11, 12, 15]),
     ("pivot_coarse", 1, &[0, 1, 5, 8, 9, 11, 12]),
-    ("certify_queue", 1, &[0, 1, 5, 6, 8, 9, 10, 11, 12]),
+    ("certify_queue", 1, &[0, 1, 5, 6, 8, 9, 10, 11, 12, 15]),
     ("pivot_full", 2, &[0, 1, 5, 8, 9, 11, 12]),
-    ("certify_queue", 2, &[0, 1, 5, 6, 8, 9, 10, 11, 12]),
+    ("certify_queue", 2, &[0, 1, 5, 6, 8, 9, 10, 11, 12, 15]),
     ("sum", 0, &[0, 7, 9, 10, 12, 13, 14]),
 ];
 
@@ -301,7 +301,8 @@ impl<'c> ResidentPrograms<'c> {
         let capacity = (pairs / u64::from(LEFT)).max(1024);
         let mut coordinates = vec![0.0f64; stride * dimensions];
         let mut guesses = vec![[0u32; 4]; stride];
-        let (mut steps, mut masses) = (vec![1i32; stride], vec![0.0f64; stride]);
+        let (mut steps, mut masses) = (vec![1i32; stride], vec![[0.0f64; 2]; stride]);
+        let mut kernels = vec![[u32::MAX; 2]; stride];
         let mut counted = vec![[0.0f64; 4]; stride];
         let first = order.iter().flatten().next().copied();
         for place in 0..stride {
@@ -313,10 +314,13 @@ impl<'c> ResidentPrograms<'c> {
                 coordinates[r * stride + place] = value;
             }
             let [low, high] = starts.of(program).map(packed);
+            if let Some(depths) = batch.few_depths(program) {
+                kernels[place] = packed(&depths);
+            }
             guesses[place] = [low[0], low[1], high[0], high[1]];
             steps[place] = i32::from(batch.fragments()[program].step);
             if own.is_some() {
-                masses[place] = batch.fragments()[program].mass_before;
+                masses[place] = [batch.fragments()[program].mass_before, batch.norm(program)];
                 let Weighting { reference, control, count } = weighting[program];
                 counted[place] = [reference, count, control, 0.0];
             }
@@ -343,7 +347,7 @@ impl<'c> ResidentPrograms<'c> {
         let all = candidates as u64;
         let buffers = vec![
             sizes[0].clone(),
-            lent(1, "columns", all * (2 * depths as u64 + 3) * 16),
+            lent(1, "columns", all * (2 * depths as u64 + 4) * 16),
             lent(2, "transform", all * dimensions as u64 * 32),
             gpu.buffer_of("coordinates", &coordinates, storage),
             gpu.buffer_of("guesses", &guesses, storage),
@@ -357,6 +361,7 @@ impl<'c> ResidentPrograms<'c> {
             lent(12, "counts", (2 * all + 1) * 4),
             lent(13, "rest", capacity * 16),
             lent(14, "sums", all * groups as u64 * 32),
+            gpu.buffer_of("kernels", &kernels, storage),
         ];
         let options =
             Options { depths: depths as u32, dimensions: dimensions as u32, subgroups: card.subgroups };
@@ -437,10 +442,15 @@ impl<'c> ResidentPrograms<'c> {
             let chain = CHAIN as usize + self.dimensions.div_ceil(CHAIN as usize);
             let rounding = candidate.rounding(batch, chain);
             let [r0, r1, r2, r3] = rounding.rows;
-            columns.extend([[r0, r1], [r2, r3], [rounding.mass, tolerance]]);
+            columns.extend([
+                [r0, r1],
+                [r2, r3],
+                [rounding.mass, tolerance],
+                [rounding.value, rounding.moment],
+            ]);
             transform.extend(candidate.transform());
         }
-        debug_assert_eq!(columns.len(), count * (2 * self.depths + 3));
+        debug_assert_eq!(columns.len(), count * (2 * self.depths + 4));
         gpu.queue.write_buffer(&self.buffers[1], 0, bytemuck::cast_slice(&columns));
         gpu.queue.write_buffer(&self.buffers[2], 0, bytemuck::cast_slice(&transform));
         for (round, buffer) in self.sizes.iter().enumerate() {

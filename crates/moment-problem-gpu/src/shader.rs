@@ -57,7 +57,7 @@ const CANDIDATE: u32 = {candidate}u;
 @group(0) @binding(3) var<storage, read> coordinates: array<f64>;
 @group(0) @binding(4) var<storage, read> guesses: array<vec4<u32>>;
 @group(0) @binding(5) var<storage, read> steps: array<i32>;
-@group(0) @binding(6) var<storage, read> masses: array<f64>;
+@group(0) @binding(6) var<storage, read> masses: array<vec2<f64>>;
 @group(0) @binding(7) var<storage, read> weighting: array<vec4<f64>>;
 @group(0) @binding(8) var<storage, read_write> moments: array<f64>;
 @group(0) @binding(9) var<storage, read_write> supports: array<vec2<u32>>;
@@ -65,6 +65,7 @@ const CANDIDATE: u32 = {candidate}u;
 @group(0) @binding(11) var<storage, read_write> queues: array<u32>;
 @group(0) @binding(12) var<storage, read_write> counts: array<atomic<u32>>;
 @group(0) @binding(13) var<storage, read_write> rest: array<vec4<u32>>;
+@group(0) @binding(15) var<storage, read> kernels: array<vec2<u32>>;
 @group(0) @binding(14) var<storage, read_write> sums: array<vec4<f64>>;
 var<workgroup> a01: array<vec2<f64>, {depths}>;
 var<workgroup> a23: array<vec2<f64>, {depths}>;
@@ -73,7 +74,7 @@ var<workgroup> next: atomic<u32>;
 struct Support {{ x0: i32, x1: i32, x2: i32, x3: i32, x4: i32 }}
 struct Five {{ v0: f64, v1: f64, v2: f64, v3: f64, v4: f64 }}
 ",
-        candidate = 2 * depths + 3,
+        candidate = 2 * depths + 4,
     );
     text += if subgroups { COUNTED } else { ALONE };
     text += &factors();

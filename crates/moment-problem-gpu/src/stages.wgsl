@@ -20,8 +20,22 @@ fn weights(f: Factors, b: vec4<f64>) -> Five {
     return Five(1.0lf - r.x, r.x - r.y, r.y - r.z, r.z - r.w, r.w);
 }
 // Weights may be negative by roundings of their row of the inverse, whose size a vector of signs estimates.
-fn is_infeasible(f: Factors, w: Five) -> bool {
-    let r = solve(f, vec4<f64>(1.0lf, -1.0lf, 1.0lf, 1.0lf));
+fn sizes(f: Factors) -> vec4<f64> { return solve(f, vec4<f64>(1.0lf, -1.0lf, 1.0lf, 1.0lf)); }
+// Whether a weight may be negative for all that double precision knows.
+fn is_doubtful(f: Factors, w: Five, r: vec4<f64>) -> bool {
+    let sure = w.v0 >= 5e-15lf * abs(r.x) && w.v1 >= 5e-15lf * abs(r.x - r.y) && w.v2 >= 5e-15lf * abs(r.y - r.z)
+        && w.v3 >= 5e-15lf * abs(r.z - r.w) && w.v4 >= 5e-15lf * abs(r.w);
+    return !(f.is_sound && sure);
+}
+// Whether the columns hold all depths of a kernel of few depths.
+fn is_distribution_of(x: Support, f: i32) -> bool {
+    let packed = kernels[f];
+    if (packed.x == 0xffffffffu) { return false; }
+    let k = unpacked(packed);
+    return holds(x, k.x0) && holds(x, k.x1) && holds(x, k.x2) && holds(x, k.x3) && holds(x, k.x4);
+}
+fn holds(x: Support, j: i32) -> bool { return x.x0 == j || x.x1 == j || x.x2 == j || x.x3 == j || x.x4 == j; }
+fn is_infeasible(f: Factors, w: Five, r: vec4<f64>) -> bool {
     let fine = w.v0 >= fma(-5e-14lf, abs(r.x), -3e-16lf) && w.v1 >= fma(-5e-14lf, abs(r.x - r.y), -3e-16lf)
         && w.v2 >= fma(-5e-14lf, abs(r.y - r.z), -3e-16lf) && w.v3 >= fma(-5e-14lf, abs(r.z - r.w), -3e-16lf)
         && w.v4 >= fma(-5e-14lf, abs(r.w), -3e-16lf);
@@ -94,7 +108,7 @@ fn newton(@builtin(local_invocation_index) l: u32, @builtin(workgroup_id) group:
         if (f < 0i) { continue; }
         let lu = factor(x);
         let w = weights(lu, b);
-        let good = !is_infeasible(lu, w);
+        let good = !is_infeasible(lu, w, sizes(lu));
         shifts += 1i;
         var more = !good && lu.is_sound && shifts < 6i;
         if (more) {
@@ -117,12 +131,14 @@ fn newton(@builtin(local_invocation_index) l: u32, @builtin(workgroup_id) group:
 // What the basis of a program proves. Written to `bounds`, -1 where that is not enough; true if another basis may do better.
 fn certify(c: u32, f: u32) -> bool {
     let step = steps[f];
-    let mass = masses[f];
+    let given = masses[f];
+    let mass = given.x;
     let x = unpacked(supports[c * size.stride + f]);
     let b = moments_of(c, f);
     let lu = factor(x);
     let w = weights(lu, b);
-    let infeasible = is_infeasible(lu, w);
+    let r = sizes(lu);
+    let infeasible = is_infeasible(lu, w, r);
     let p0 = select(0.0lf, 1.0lf, x.x0 < step); let p1 = select(0.0lf, 1.0lf, x.x1 < step); let p2 = select(0.0lf, 1.0lf, x.x2 < step);
     let p3 = select(0.0lf, 1.0lf, x.x3 < step); let p4 = select(0.0lf, 1.0lf, x.x4 < step);
     var value = fma(p4, max(w.v4, 0.0lf), fma(p3, max(w.v3, 0.0lf), fma(p2, max(w.v2, 0.0lf), fma(p1, max(w.v1, 0.0lf), p0 * max(w.v0, 0.0lf)))));
@@ -130,8 +146,13 @@ fn certify(c: u32, f: u32) -> bool {
     let y0 = fma(-y.w, lu.b3, fma(-y.z, lu.b2, fma(-y.y, lu.b1, fma(-y.x, lu.b0, p0))));
     var proved = fma(y.w, b.w, fma(y.z, b.z, fma(y.y, b.y, fma(y.x, b.x, y0))));
     let own = c * CANDIDATE + 2u * u32(DEPTHS);
-    let e01 = columns[own]; let e23 = columns[own + 1u]; let more = columns[own + 2u];
-    var rounding = fma(abs(y.w), e23.y, fma(abs(y.z), e23.x, fma(abs(y.y), e01.y, fma(abs(y.x), e01.x, abs(y0) * more.x))));
+    let e01 = columns[own]; let e23 = columns[own + 1u]; let more = columns[own + 2u]; let errors = columns[own + 3u];
+    let of_moments = given.y * errors.y;
+    var rounding = fma(abs(y0), more.x, 2e-15lf);
+    rounding = fma(abs(y.x), fma(abs(b.x), errors.x, e01.x + of_moments), rounding);
+    rounding = fma(abs(y.y), fma(abs(b.y), errors.x, e01.y + of_moments), rounding);
+    rounding = fma(abs(y.z), fma(abs(b.z), errors.x, e23.x + of_moments), rounding);
+    rounding = fma(abs(y.w), fma(abs(b.w), errors.x, e23.y + of_moments), rounding);
     let tolerance = more.y;
     let low = clamp(least_step(step), 0i, DEPTHS);
     let high = clamp(largest_step(step), low, DEPTHS);
@@ -155,7 +176,9 @@ fn certify(c: u32, f: u32) -> bool {
     let sound = rounding < 1.0lf;
     proved = select(0.0lf, max(proved - lacking - rounding, 0.0lf), sound);
     let bound = min(max(value, proved), mass);
-    let settled = proved >= mass - tolerance || (!infeasible && bound - proved <= tolerance);
+    let sharp = !infeasible && bound - proved <= tolerance;
+    var settled = proved >= mass - tolerance || sharp;
+    if (sharp && proved < mass - tolerance && is_doubtful(lu, w, r)) { settled = is_distribution_of(x, i32(f)); }
     bounds[c * size.stride + f] = select(-1.0lf, bound, settled);
     return !settled && (infeasible || !sound || lacking > 0.5lf * tolerance);
 }

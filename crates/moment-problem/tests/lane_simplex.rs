@@ -249,8 +249,16 @@ fn recheck(case: &Case, basis: &[usize], solution: &BatchSolution, every: usize)
             } else {
                 let optimum = simplex.bound(kernel, fragment.step, fragment.mass_before, support).unwrap();
                 let (least, value, excess) = rational(&exact, &target, fragment.step, &optimum.support);
-                assert!(least >= -1e-20 && excess <= 1e-10, "{basis:?} {fragment:?}: {least:e} {excess:e}");
-                value
+                // Columns may be equal, those of both ends for functions of period 1: then fewer than five are enough.
+                if value.is_nan() {
+                    optimum.lower
+                } else {
+                    assert!(
+                        least >= -1e-20 && excess <= 1e-10,
+                        "{basis:?} {fragment:?}: {least:e} {excess:e}"
+                    );
+                    value
+                }
             };
             assert!((lower - value).abs() <= 2.0 * TOLERANCE, "{basis:?} {fragment:?}: {lower} and {value}");
         }

@@ -1,6 +1,7 @@
 //! Many programs on one support, in the form in which the solver walks through them.
 
 use super::CHUNK;
+use super::pairs::MAX_RANK;
 use super::span::FunctionSpan;
 use crate::fast_simplex::{FastFragment, FastStart, SupportDistribution};
 
@@ -16,8 +17,10 @@ pub struct ProgramBatch<'a> {
     pub(super) rows: Vec<u32>,
     pub(super) steps: Vec<u16>,
     pub(super) masses: Vec<f64>,
-    /// By dimension: no coordinate is larger in size.
-    pub(super) largest: Vec<f64>,
+    /// By fragment: Euclidean norm of the coordinates.
+    pub(super) norms: Vec<f64>,
+    /// By fragment: all depths of its kernel, the first one repeated, or [`MANY`] if there are more.
+    pub(super) depths: Vec<[u16; MAX_RANK]>,
     /// By how much a kernel's mass may differ from 1.
     pub(super) mass_error: f64,
 }
@@ -36,7 +39,8 @@ impl<'a> ProgramBatch<'a> {
         let mut coordinates = Vec::new();
         let mut used = 0;
         let mut rows = Vec::with_capacity(fragments.len());
-        let mut largest = vec![0.0f64; span.dimensions()];
+        let mut norms = Vec::with_capacity(fragments.len());
+        let mut of_kernels = Vec::new();
         let mut mass_error = f64::EPSILON;
         for fragment in fragments {
             let kernel = fragment.kernel as usize;
@@ -45,10 +49,11 @@ impl<'a> ProgramBatch<'a> {
                 used += 1;
                 let row = span.coordinates(&kernels[kernel]);
                 mass_error = mass_error.max((row[0] - 1.0).abs() + f64::EPSILON);
-                largest.iter_mut().zip(&row).for_each(|(most, value)| *most = most.max(value.abs()));
+                of_kernels.push(row.iter().map(|value| value * value).sum::<f64>().sqrt());
                 coordinates.extend(row);
             }
             rows.push(places[kernel]);
+            norms.push(of_kernels[places[kernel] as usize]);
         }
         Self {
             span,
@@ -58,7 +63,8 @@ impl<'a> ProgramBatch<'a> {
             rows,
             steps: fragments.iter().map(|fragment| fragment.step).collect(),
             masses: fragments.iter().map(|fragment| fragment.mass_before).collect(),
-            largest,
+            norms,
+            depths: fragments.iter().map(|fragment| few(&kernels[fragment.kernel as usize])).collect(),
             mass_error,
         }
     }
@@ -81,6 +87,23 @@ impl<'a> ProgramBatch<'a> {
         &self.coordinates[self.rows[program] as usize * self.span.dimensions()..][..self.span.dimensions()]
     }
 
+    /// Euclidean norm of a program's coordinates: no moment is larger, and rounding of moments is in proportion to it.
+    ///
+    /// # Panics
+    /// If there is no such program.
+    pub fn norm(&self, program: usize) -> f64 {
+        self.norms[program]
+    }
+
+    /// All depths of a program's kernel, the first one repeated; `None` if there are more.
+    ///
+    /// # Panics
+    /// If there is no such program.
+    pub fn few_depths(&self, program: usize) -> Option<[u16; MAX_RANK]> {
+        let depths = self.depths[program];
+        (depths[0] != MANY).then_some(depths)
+    }
+
     /// The programs' fragments.
     pub fn fragments(&self) -> &'a [FastFragment] {
         self.fragments
@@ -89,6 +112,20 @@ impl<'a> ProgramBatch<'a> {
     /// The span that coordinates are in.
     pub fn span(&self) -> &'a FunctionSpan {
         self.span
+    }
+}
+
+/// Stands for a kernel of many depths.
+pub(super) const MANY: u16 = u16::MAX;
+
+fn few(kernel: &SupportDistribution) -> [u16; MAX_RANK] {
+    match kernel.indices() {
+        [first, rest @ ..] if rest.len() < MAX_RANK => {
+            let mut depths = [*first; MAX_RANK];
+            depths[1..=rest.len()].copy_from_slice(rest);
+            depths
+        }
+        _ => [MANY; MAX_RANK],
     }
 }
 

@@ -7,6 +7,9 @@ use super::lanes::{LaneValues, Lanes, MAX_LANES, Mask, Quad, unrolled};
 /// Programs of two vectors share the columns as they are loaded.
 const GROUPS: usize = 2;
 
+/// Rounding of p = 1, and of the subtractions at the end.
+const LEAST_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
 /// Rounding beyond this, more than any bound, proves nothing; what stays below it is far from overflow.
 const LARGEST_ROUNDING: f64 = 1.0;
 
@@ -22,6 +25,7 @@ struct Basis<V: Lanes, const D: usize> {
     /// Error of the dual function and of its value by rounding.
     rounding: V,
     infeasible: V::Mask,
+    doubtful: V::Mask,
     /// No column is in front of the step: y = 0.
     empty: V::Mask,
     step: V,
@@ -34,7 +38,7 @@ impl<V: Lanes, const D: usize> Basis<V, D> {
     fn new<const R: usize>(work: &Work<'_, R>, programs: &[u32; MAX_LANES]) -> Self {
         let mut x = [LaneValues([0.0; MAX_LANES]); R];
         let mut moments = [LaneValues([0.0; MAX_LANES]); 4];
-        let mut steps = LaneValues([0.0; MAX_LANES]);
+        let [mut steps, mut norms] = [LaneValues([0.0; MAX_LANES]); 2];
         for lane in 0..V::COUNT {
             let at = programs[lane] as usize;
             for r in 0..R {
@@ -44,6 +48,7 @@ impl<V: Lanes, const D: usize> Basis<V, D> {
                 moments[i].0[lane] = work.moments[at].0[i];
             }
             steps.0[lane] = f64::from(work.steps[at]);
+            norms.0[lane] = work.norms[at];
         }
         let step = V::load(&steps);
         let mut columns = [V::zero(); R];
@@ -63,11 +68,15 @@ impl<V: Lanes, const D: usize> Basis<V, D> {
             value = costs[r].mul_add(V::zero().max(weights[r]), value);
         });
         let (y0, y) = factors.dual(&costs);
+        let signs = factors.signs(&weights, work.weight_tolerances);
         let mut dual_value = y0;
-        let mut rounding = y0.abs() * V::splat(work.errors.mass);
+        let of_moments = V::load(&norms) * V::splat(work.errors.moment);
+        let mut rounding = y0.abs().mul_add(V::splat(work.errors.mass), V::splat(LEAST_ROUNDING));
         unrolled!(i < D, {
             dual_value = y[i].mul_add(b[i], dual_value);
-            rounding = y[i].abs().mul_add(V::splat(work.errors.rows[i]), rounding);
+            let of_row = of_moments + V::splat(work.errors.rows[i]);
+            let factor = b[i].abs().mul_add(V::splat(work.errors.value), of_row);
+            rounding = y[i].abs().mul_add(factor, rounding);
         });
         Self {
             y,
@@ -75,7 +84,8 @@ impl<V: Lanes, const D: usize> Basis<V, D> {
             dual_value,
             value,
             rounding,
-            infeasible: factors.is_infeasible(&weights, work.weight_floor),
+            infeasible: signs.negative,
+            doubtful: signs.doubtful,
             empty: !V::zero().less(costs[0]),
             step,
             front: V::splat(-1e300),
@@ -160,7 +170,7 @@ pub(super) fn certify<V: Lanes, const D: usize, const R: usize>(
             let proved = zero.max(V::select(basis.empty, zero, basis.dual_value) - lacking - rounding);
             let proved = V::select(sound, proved, zero);
             let value = V::select(basis.empty, zero, basis.value);
-            let infeasible = basis.infeasible.bits();
+            let (infeasible, doubtful) = (basis.infeasible.bits(), basis.doubtful.bits());
             let unsound = (!sound).bits();
             let [mut lacks, mut proofs, mut values] = [LaneValues([0.0; MAX_LANES]); 3];
             lacking.store(&mut lacks);
@@ -175,7 +185,10 @@ pub(super) fn certify<V: Lanes, const D: usize, const R: usize>(
                 // No bound exceeds F, and none is below what is proved.
                 let bound = values.0[lane].max(proved).min(mass);
                 let is_infeasible = infeasible >> lane & 1 == 1;
-                let settled = proved >= mass - tolerance || (!is_infeasible && bound - proved <= tolerance);
+                let is_sharp = !is_infeasible && bound - proved <= tolerance;
+                let is_doubtful = doubtful >> lane & 1 == 1;
+                let settled =
+                    proved >= mass - tolerance || (is_sharp && (!is_doubtful || work.is_distribution_of(at)));
                 work.lower[at] = bound;
                 work.proved[at] = proved.min(bound);
                 if !settled {

@@ -1,8 +1,8 @@
 //! Programs that double precision cannot certify: the simplex method in double-double from the basis that was found.
 
-use super::width::Width;
+use super::pairs::{MAX_RANK, Pair, PairFactors, Vector};
+use super::width::{Width, add_product};
 use crate::arithmetic::{DoubleDouble, Real};
-use crate::dense::{Factors, dot};
 use crate::fast_simplex::{SupportColumns, SupportDistribution, exact_bound};
 
 /// Share of a full-support distribution that is mixed in while pivoting, so that kernels of few depths are not degenerate;
@@ -16,7 +16,7 @@ const GAIN: f64 = 1e-13;
 const PIVOT_TOLERANCE: f64 = 1e-18;
 
 /// Pivots from the basis that was found; beyond these the method starts afresh.
-const MAX_PIVOTS: usize = 60;
+const MAX_PIVOTS: usize = 200;
 
 /// Roundings of sums of products in double-double, relative.
 const ROUNDING: f64 = 1e-30;
@@ -92,96 +92,148 @@ impl<'a> ExactSimplex<'a> {
         mass_before: f64,
         support: &[u16],
     ) -> Option<ExactBound> {
+        if self.columns.rank() > MAX_RANK {
+            return None;
+        }
+        Width::widest().walk(self, &Start { kernel, step, mass_before, support })
+    }
+
+    /// The simplex method from a start.
+    #[inline(always)]
+    pub(super) fn walk(&self, start: &Start<'_>) -> Option<ExactBound> {
+        let Start { kernel, step, mass_before, support } = *start;
         let rank = self.columns.rank();
-        let mut target = vec![DoubleDouble::zero(); rank];
+        let mut target = Vector::default();
         for (&j, &weight) in kernel.indices().iter().zip(kernel.weights()) {
             for (sum, &a) in target.iter_mut().zip(self.entries(j)) {
-                *sum = *sum + DoubleDouble::from(weight) * DoubleDouble::from(a);
+                *sum = sum.plus(Pair::of(weight).times(Pair::of(a)));
             }
         }
-        let perturbed: Vec<DoubleDouble> =
-            target.iter().zip(&self.perturbation).map(|(&value, &extra)| value + extra).collect();
-        let cost = |j: u16| if j < step { 1.0 } else { 0.0 };
-        let mut basis = support.to_vec();
+        let mut perturbed = target;
+        for (value, &extra) in perturbed.iter_mut().zip(&self.perturbation) {
+            *value = value.plus(extra.into());
+        }
+        let mut basis = [0u16; MAX_RANK];
+        basis[..rank].copy_from_slice(support.get(..rank)?);
+        let depths = self.columns.depths();
+        let mut scratch = vec![0.0; 3 * depths];
+        let (excesses, scratch) = scratch.split_at_mut(depths);
+        let (sizes, errors) = scratch.split_at_mut(depths);
         for _ in 0..MAX_PIVOTS {
-            let factors = Factors::new(rank, |i, r| DoubleDouble::from(self.entries(basis[r])[i]))?;
+            let mut matrix = [[0.0; MAX_RANK]; MAX_RANK];
+            let mut costs = Vector::default();
+            for r in 0..rank {
+                costs[r] = Pair::of(if basis[r] < step { 1.0 } else { 0.0 });
+                for (row, &a) in matrix.iter_mut().zip(self.entries(basis[r])) {
+                    row[r] = a;
+                }
+            }
+            let factors = PairFactors::new(rank, &matrix)?;
             let weights = factors.solve(&perturbed);
-            let costs: Vec<DoubleDouble> = basis.iter().map(|&j| DoubleDouble::from(cost(j))).collect();
             let dual = factors.solve_transposed(&costs);
-            let least = (0..rank).min_by(|&a, &b| weights[a].to_f64().total_cmp(&weights[b].to_f64()))?;
-            if weights[least].to_f64() < 0.0 {
-                let unit: Vec<DoubleDouble> =
-                    (0..rank).map(|i| DoubleDouble::from(if i == least { 1.0 } else { 0.0 })).collect();
-                basis[least] = self.repairing(&factors.solve_transposed(&unit), &dual, step, &basis)?;
+            self.products(&dual, step, excesses, errors);
+            let mut least = 0;
+            for r in 1..rank {
+                if weights[r].high < weights[least].high {
+                    least = r;
+                }
+            }
+            if weights[least].high < 0.0 {
+                // A column takes its place that keeps the dual vector feasible, if it is (dual simplex method).
+                let mut unit = Vector::default();
+                unit[least] = Pair::of(1.0);
+                self.products(&factors.solve_transposed(&unit), 0, sizes, errors);
+                basis[least] = repairing(sizes, excesses, &basis[..rank])?;
                 continue;
             }
-            let excesses = self.products(&dual, step);
-            let excess = excesses.iter().fold(0.0, |most: f64, &excess| most.max(excess));
-            // Basic columns price out to rounding only.
-            let entering = (0..excesses.len() as u16)
-                .filter(|j| !basis.contains(j) && excesses[usize::from(*j)] > GAIN)
-                .max_by(|&a, &b| excesses[usize::from(a)].total_cmp(&excesses[usize::from(b)]));
+            let mut excess = 0.0f64;
+            let mut entering = None;
+            let mut most = GAIN;
+            for (j, &value) in excesses.iter().enumerate() {
+                excess = excess.max(value);
+                // Basic columns price out to rounding only.
+                if value > most && !basis[..rank].contains(&(j as u16)) {
+                    (most, entering) = (value, Some(j as u16));
+                }
+            }
             if let Some(entering) = entering {
-                let column: Vec<DoubleDouble> =
-                    self.entries(entering).iter().map(|&a| DoubleDouble::from(a)).collect();
-                let direction: Vec<f64> = factors.solve(&column).iter().map(|d| d.to_f64()).collect();
-                let largest = direction.iter().fold(0.0, |most: f64, d| most.max(d.abs()));
-                let ratio = |r: usize| weights[r].to_f64().max(0.0) / direction[r];
-                let leaving = (0..rank)
-                    .filter(|&r| direction[r] > PIVOT_TOLERANCE * largest)
-                    .min_by(|&a, &b| ratio(a).total_cmp(&ratio(b)))?;
-                basis[leaving] = entering;
+                let mut column = Vector::default();
+                for (value, &a) in column.iter_mut().zip(self.entries(entering)) {
+                    *value = Pair::of(a);
+                }
+                let direction = factors.solve(&column);
+                let largest = direction.iter().fold(0.0f64, |largest, d| largest.max(d.high.abs()));
+                let mut leaving = None;
+                let mut level = f64::INFINITY;
+                for r in 0..rank {
+                    let ratio = weights[r].high / direction[r].high;
+                    if direction[r].high > PIVOT_TOLERANCE * largest && ratio < level {
+                        (level, leaving) = (ratio, Some(r));
+                    }
+                }
+                basis[leaving?] = entering;
                 continue;
             }
-            let value = dot(&dual, &target).to_f64();
-            let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();
-            let rounding = size * ROUNDING;
-            let proved = (value - excess - 2.0 * rounding).max(0.0);
-            if !(proved.is_finite() && size.is_finite()) {
+            let mut value = Pair::default();
+            let mut size = 0.0;
+            for r in 0..rank {
+                value = value.plus(dual[r].times(target[r]));
+                size += dual[r].high.abs();
+            }
+            let proved = (value.high - excess - 2.0 * ROUNDING * size).max(0.0);
+            // A NaN is in no comparison, but in the size.
+            if !(size.is_finite() && value.high.is_finite()) {
                 return None;
             }
-            basis.sort_unstable();
+            let mut support = basis[..rank].to_vec();
+            support.sort_unstable();
             // The objective of the optimal weights is the same number.
-            let lower = value.clamp(0.0, mass_before.max(proved));
-            return Some(ExactBound { lower, proved, support: basis });
+            let lower = value.high.clamp(0.0, mass_before.max(proved));
+            return Some(ExactBound { lower, proved, support });
         }
         None
     }
 
-    /// The column that takes the place of one with a negative weight (dual simplex method); `rho` is its row of the inverse.
-    fn repairing(
-        &self,
-        rho: &[DoubleDouble],
-        dual: &[DoubleDouble],
-        step: u16,
-        basis: &[u16],
-    ) -> Option<u16> {
-        let sizes = self.products(rho, 0);
-        let excesses = self.products(dual, step);
-        let floor = -PIVOT_TOLERANCE * sizes.iter().fold(0.0, |least: f64, &size| least.min(size));
-        let mut best: Option<(u16, f64)> = None;
-        for (j, (&size, &excess)) in sizes.iter().zip(&excesses).enumerate() {
-            let j = j as u16;
-            if -size > floor && !basis.contains(&j) {
-                let ratio = (-excess).max(0.0) / -size;
-                if best.is_none_or(|(_, least)| ratio < least) {
-                    best = Some((j, ratio));
-                }
+    /// y . a over the support, less 1 before `step`.
+    #[inline(always)]
+    fn products(&self, y: &Vector, step: u16, values: &mut [f64], errors: &mut [f64]) {
+        values.fill(0.0);
+        values[..usize::from(step).min(self.columns.depths())].fill(-1.0);
+        errors.fill(0.0);
+        for (y, row) in y.iter().zip(&self.rows) {
+            add_product((y.high, y.low), (row, &self.none), values, errors);
+        }
+        for (value, error) in values.iter_mut().zip(errors) {
+            *value += *error;
+        }
+    }
+}
+
+/// Where the walk begins.
+pub(super) struct Start<'a> {
+    kernel: &'a SupportDistribution,
+    step: u16,
+    mass_before: f64,
+    support: &'a [u16],
+}
+
+/// The least ratio of slack and size among columns whose size is negative.
+#[inline(always)]
+fn repairing(sizes: &[f64], excesses: &[f64], basis: &[u16]) -> Option<u16> {
+    let mut floor = 0.0f64;
+    for &size in sizes {
+        floor = floor.min(size);
+    }
+    let floor = PIVOT_TOLERANCE * floor;
+    let mut best = None;
+    let mut least = f64::INFINITY;
+    for (j, (&size, &excess)) in sizes.iter().zip(excesses).enumerate() {
+        if size < floor {
+            let ratio = (-excess).max(0.0) / -size;
+            if ratio < least && !basis.contains(&(j as u16)) {
+                (least, best) = (ratio, Some(j as u16));
             }
         }
-        best.map(|(j, _)| j)
     }
-
-    /// y . a over the support, less 1 before `step`, in double-double.
-    fn products(&self, y: &[DoubleDouble], step: u16) -> Vec<f64> {
-        let mut values = vec![0.0; self.columns.depths()];
-        values.iter_mut().take(usize::from(step)).for_each(|value| *value = -1.0);
-        let mut errors = vec![0.0; values.len()];
-        for (y, row) in y.iter().zip(&self.rows) {
-            let factor = (y.to_f64(), y.low());
-            Width::widest().accumulate(factor, (row, &self.none), &mut values, &mut errors);
-        }
-        values.iter_mut().zip(&errors).for_each(|(value, error)| *value += error);
-        values
-    }
+    best
 }

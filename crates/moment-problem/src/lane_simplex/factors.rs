@@ -5,12 +5,30 @@ use super::lanes::{Lanes, Mask, Quad, unrolled};
 /// A pivot below this is none: its reciprocal would overflow.
 const SMALLEST_PIVOT: f64 = 1e-300;
 
-/// Roundings that a weight may be negative by, times the size of its row of the inverse. An absolute tolerance accepts bases
-/// whose weight is as small as it: G then is wrong by that weight times the size of the dual vector.
-const WEIGHT_TOLERANCE: f64 = 5e-14;
+/// When a weight counts as negative.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WeightTolerances {
+    /// Roundings that it may be negative by, times the size of its row of the inverse. An absolute tolerance accepts bases whose
+    /// weight is as small as it: G then is wrong by that weight times the size of a dual vector, which may be 1e12.
+    pub(super) relative: f64,
+    /// The same for weights whose row has no size: two roundings of the mass 1.
+    pub(super) absolute: f64,
+    /// A weight above this times the size of its row is positive whatever rounding did; of what lies between, nobody knows in
+    /// double precision.
+    pub(super) doubt: f64,
+}
 
-/// The same for weights whose row has no size: two roundings of the mass 1.
-pub(super) const MASS_TOLERANCE: f64 = 3e-16;
+impl WeightTolerances {
+    pub(super) const DEFAULT: Self = Self { relative: 5e-14, absolute: 3e-16, doubt: 5e-15 };
+}
+
+/// What is known of the signs of weights.
+pub(super) struct Signs<M> {
+    /// One is negative, or no number, or the matrix is singular.
+    pub(super) negative: M,
+    /// One may be negative.
+    pub(super) doubtful: M,
+}
 
 /// L U factors of C = \[a(x_1) - a(x_0) | ... | a(x_D) - a(x_(D-1))\], D x D with row exchanges, and a(x_0).
 ///
@@ -180,20 +198,22 @@ impl<V: Lanes, const D: usize> Factors<V, D> {
         Self::spread(1.0, &v)
     }
 
-    /// Whether a weight is negative beyond rounding and `floor`, or no number, or the matrix singular.
+    /// The signs of weights.
     #[inline(always)]
-    pub(super) fn is_infeasible<const R: usize>(&self, w: &[V; R], floor: f64) -> V::Mask {
+    pub(super) fn signs<const R: usize>(&self, w: &[V; R], tolerances: WeightTolerances) -> Signs<V::Mask> {
         // One vector of signs estimates the size of all rows.
         let mut v = [V::splat(1.0); D];
         v[1 % D] = V::splat(-1.0);
         self.solve(&mut v);
         let size: [V; R] = Self::spread(0.0, &v);
-        let mut bad = self.singular;
+        let WeightTolerances { relative, absolute, doubt } = tolerances;
+        let (mut negative, mut doubtful) = (self.singular, self.singular);
         unrolled!(r < R, {
-            let floor = V::splat(WEIGHT_TOLERANCE).neg_mul_add(size[r].abs(), V::splat(-floor));
-            bad = bad | !w[r].at_least(floor);
+            let size = size[r].abs();
+            negative = negative | !w[r].at_least(V::splat(relative).neg_mul_add(size, V::splat(-absolute)));
+            doubtful = doubtful | !w[r].at_least(V::splat(doubt) * size);
         });
-        bad
+        Signs { negative, doubtful }
     }
 
     /// (y_0, y) of costs at the basic columns.

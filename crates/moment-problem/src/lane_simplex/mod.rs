@@ -28,6 +28,7 @@ mod exact;
 mod factors;
 mod lanes;
 mod newton;
+mod pairs;
 mod pivots;
 mod span;
 #[cfg(target_arch = "x86_64")]
@@ -36,7 +37,7 @@ mod width;
 
 pub use batch::{LaneStarts, ProgramBatch};
 pub use exact::{ExactBound, ExactSimplex};
-use factors::MASS_TOLERANCE;
+use factors::WeightTolerances;
 use lanes::{Lanes, Quad};
 use pivots::Pricing;
 pub use span::{FunctionSpan, Rounding, SpanColumns};
@@ -76,8 +77,7 @@ pub struct LaneSimplex<'a> {
     columns: &'a SpanColumns,
     tolerance: f64,
     width: Width,
-    /// Weights may be negative by this whatever the size of their row.
-    weight_floor: f64,
+    weight_tolerances: WeightTolerances,
 }
 
 impl<'a> LaneSimplex<'a> {
@@ -85,7 +85,12 @@ impl<'a> LaneSimplex<'a> {
     /// [`MAX_FUNCTIONS`] independent functions.
     pub fn new(columns: &'a SpanColumns, tolerance: f64) -> Option<Self> {
         let served = columns.columns.rank() <= MAX_FUNCTIONS + 1;
-        served.then(|| Self { columns, tolerance, width: Width::widest(), weight_floor: MASS_TOLERANCE })
+        served.then(|| Self {
+            columns,
+            tolerance,
+            width: Width::widest(),
+            weight_tolerances: WeightTolerances::DEFAULT,
+        })
     }
 
     /// The same with other vectors that this machine has, the widest first, for comparison.
@@ -143,9 +148,11 @@ impl<'a> LaneSimplex<'a> {
                 table: &table,
                 errors,
                 tolerance: self.tolerance,
-                weight_floor: self.weight_floor,
+                weight_tolerances: self.weight_tolerances,
+                depths: &batch.depths[range.clone()],
                 steps: &batch.steps[range.clone()],
                 masses: &batch.masses[range.clone()],
+                norms: &batch.norms[range.clone()],
                 guesses: guesses.map(|guesses| &guesses[range.clone()]),
                 similar: &starts.similar[range.clone()],
                 moments,
@@ -184,9 +191,12 @@ struct Work<'a, const R: usize> {
     table: &'a [Quad],
     errors: Rounding,
     tolerance: f64,
-    weight_floor: f64,
+    weight_tolerances: WeightTolerances,
+    /// Depths of kernels that have few.
+    depths: &'a [[u16; pairs::MAX_RANK]],
     steps: &'a [u16],
     masses: &'a [f64],
+    norms: &'a [f64],
     guesses: [&'a [[u16; R]]; 2],
     /// All programs, similar ones side by side.
     similar: &'a [u32],
@@ -202,6 +212,13 @@ struct Work<'a, const R: usize> {
 impl<const R: usize> Work<'_, R> {
     fn count(&self) -> usize {
         self.steps.len()
+    }
+
+    /// Whether the basis of a program holds all depths of its kernel: then its weights are the kernel's and 0, whatever rounding
+    /// says.
+    fn is_distribution_of(&self, program: usize) -> bool {
+        let support = &self.supports[program];
+        self.depths[program].iter().all(|depth| support.contains(depth))
     }
 
     /// Columns for lanes that have no program yet.
@@ -283,14 +300,16 @@ mod tests {
         let power = SupportColumns::new(&power, &[0, 1, 2, 3]).unwrap();
         let start = FastSimplex::new(&power, 1e-6).thorough().solve(&kernels, &fragments).start();
         let starts = LaneStarts::new(&batch, [&start, &start], 5);
-        let solve = |weight_floor: f64| {
-            let solver = LaneSimplex { weight_floor, ..LaneSimplex::new(&columns, 1e-6).unwrap() };
+        let solve = |weight_tolerances: WeightTolerances| {
+            let solver = LaneSimplex { weight_tolerances, ..LaneSimplex::new(&columns, 1e-6).unwrap() };
             let solution = solver.solve(&batch, &starts);
             assert!(solution.uncertified.is_empty());
             solution.lower
         };
-        // The bounds with the relative tolerance follow from their bases in rational arithmetic, see the other tests.
-        let (right, planted) = (solve(MASS_TOLERANCE), solve(2e-14));
+        // These bounds follow from their bases in rational arithmetic, see the other tests.
+        let right = solve(WeightTolerances::DEFAULT);
+        let planted =
+            solve(WeightTolerances { absolute: 2e-14, doubt: f64::MIN, ..WeightTolerances::DEFAULT });
         let wrong = planted.iter().zip(&right).filter(|(a, b)| !((*a - *b).abs() <= 2e-6)).count();
         assert!(wrong > 0, "the planted tolerance goes unnoticed");
     }

@@ -1,7 +1,7 @@
 //! Newton's method for points of contact, from the optima of two other bases.
 
 use super::Work;
-use super::factors::Factors;
+use super::factors::{Factors, WeightTolerances};
 use super::lanes::{LaneValues, Lanes, MAX_LANES, Mask, Quad, unrolled};
 
 /// How often a guess is corrected before it is given up.
@@ -60,7 +60,12 @@ impl<const R: usize> State<R> {
 
     /// One step in all lanes.
     #[inline(always)]
-    fn advance<V: Lanes, const D: usize>(&mut self, table: &[Quad], floor: f64, live: u32) -> Step {
+    fn advance<V: Lanes, const D: usize>(
+        &mut self,
+        table: &[Quad],
+        tolerances: WeightTolerances,
+        live: u32,
+    ) -> Step {
         let mut x = [V::zero(); R];
         unrolled!(r < R, {
             x[r] = V::load(&self.x[r]);
@@ -72,7 +77,7 @@ impl<const R: usize> State<R> {
         let step = V::load(&self.step);
         let factors = Factors::<V, D>::new(table, &x);
         let weights: [V; R] = factors.weights(&moments);
-        let infeasible = factors.is_infeasible(&weights, floor);
+        let infeasible = factors.signs(&weights, tolerances).negative;
         let good = live & !infeasible.bits();
         let mut value = V::zero();
         unrolled!(r < R, {
@@ -114,7 +119,7 @@ pub(super) fn newton<V: Lanes, const D: usize, const R: usize>(work: &mut Work<'
         if live == 0 {
             return;
         }
-        let Step { good, moved, .. } = state.advance::<V, D>(work.table, work.weight_floor, live);
+        let Step { good, moved, .. } = state.advance::<V, D>(work.table, work.weight_tolerances, live);
         let mut finished = good | (live & !moved);
         let mut rest = live & !finished;
         while rest != 0 {
@@ -173,7 +178,7 @@ pub(super) fn from_seeds<V: Lanes, const D: usize, const R: usize>(
         if live == 0 {
             return;
         }
-        let Step { good, moved, value } = state.advance::<V, D>(work.table, work.weight_floor, live);
+        let Step { good, moved, value } = state.advance::<V, D>(work.table, work.weight_tolerances, live);
         let mut each = live;
         while each != 0 {
             let lane = each.trailing_zeros() as usize % MAX_LANES;

@@ -166,12 +166,17 @@ pub struct SpanColumns {
     pub(super) transform: Vec<Quad>,
 }
 
-/// What rounding may do to a dual function in double precision, for each unit of the dual vector.
+/// What rounding may do to a dual function and its value in double precision: the sum over rows i > 0 of
+/// |y_i| (rows_i + value |b_i| + moment |m|), and |y_0| mass, with the norm |m| of a program's coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct Rounding {
     /// By row behind that of ones, zero beyond the rank.
     pub rows: [f64; 4],
-    /// For the row of ones.
+    /// See above.
+    pub value: f64,
+    /// See above.
+    pub moment: f64,
+    /// See above.
     pub mass: f64,
 }
 
@@ -195,19 +200,19 @@ impl SpanColumns {
         })
     }
 
-    /// Rounding of y . a at a column and of y . b, where every moment is a sum of products in which each term goes through at
-    /// most `chain` additions.
+    /// Rounding where every moment is a sum of products in which each term goes through at most `chain` additions.
     pub fn rounding(&self, batch: &ProgramBatch<'_>, chain: usize) -> Rounding {
-        // Products of the dual function: five operations at most, each with half an epsilon, on both sides.
-        const OPERATIONS: f64 = 8.0 * f64::EPSILON;
-        // Rounding of coordinates, factors and products comes before the additions.
-        let chain = (chain + 3) as f64 * 0.5 * f64::EPSILON;
+        const HALF: f64 = 0.5 * f64::EPSILON;
+        // y_0 - p + y . a at a column: five operations and a margin.
+        const SCAN: f64 = 6.0 * HALF;
+        // y_0 + y . b: four, and a margin.
+        const VALUE: f64 = 5.0 * HALF;
         let rows = std::array::from_fn(|i| {
-            let largest = self.entries().fold(0.0, |most: f64, column| most.max(column[i].abs()));
-            let terms = self.transform.iter().zip(&batch.largest);
-            let sum: f64 = terms.map(|(factor, largest)| factor.0[i].abs() * largest).sum();
-            OPERATIONS * largest + chain * sum
+            SCAN * self.entries().fold(0.0, |most: f64, column| most.max(column[i].abs()))
         });
-        Rounding { rows, mass: OPERATIONS + batch.mass_error }
+        // Rounding of coordinates, factors and products comes before the additions; rows of T have the norm 1, so that the sum of
+        // the products' sizes is at most |m|.
+        let moment = (chain + 3) as f64 * HALF;
+        Rounding { rows, value: VALUE, moment, mass: SCAN + VALUE + batch.mass_error }
     }
 }

@@ -1,5 +1,6 @@
 //! Which vectors this machine has, and functions compiled for each.
 
+use super::exact::{ExactBound, ExactSimplex, Start};
 use super::lanes::{Portable, Quad};
 use super::{Work, solve};
 
@@ -16,27 +17,27 @@ pub(super) enum Width {
 impl Width {
     /// The widest of this machine.
     pub(super) fn widest() -> Self {
-        Self::all()[0]
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma") {
+                let wider = is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512vl");
+                return if wider { Self::Avx512 } else { Self::Avx2 };
+            }
+        }
+        Self::Portable
     }
 
     /// All that this machine has, the widest first.
     pub(super) fn all() -> Vec<Self> {
-        let mut all = Vec::new();
-        #[cfg(target_arch = "x86_64")]
-        {
-            let avx2 = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-            let avx512 = is_x86_feature_detected!("avx512f")
-                && is_x86_feature_detected!("avx512dq")
-                && is_x86_feature_detected!("avx512vl");
-            if avx2 && avx512 {
-                all.push(Self::Avx512);
-            }
-            if avx2 {
-                all.push(Self::Avx2);
-            }
+        match Self::widest() {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => vec![Self::Avx512, Self::Avx2, Self::Portable],
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => vec![Self::Avx2, Self::Portable],
+            Self::Portable => vec![Self::Portable],
         }
-        all.push(Self::Portable);
-        all
     }
 
     pub(super) fn name(self) -> &'static str {
@@ -59,6 +60,16 @@ impl Width {
             // SAFETY: as above.
             Self::Avx2 => unsafe { x86::solve_avx2::<D, R>(work) },
             Self::Portable => solve::<Portable, D, R>(work),
+        }
+    }
+
+    /// The simplex method in double-double from a start.
+    pub(super) fn walk(self, simplex: &ExactSimplex<'_>, start: &Start<'_>) -> Option<ExactBound> {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as in `solve`; every AVX-512 width has AVX2 too.
+            Self::Avx512 | Self::Avx2 => unsafe { x86::walk(simplex, start) },
+            Self::Portable => simplex.walk(start),
         }
     }
 
@@ -102,6 +113,11 @@ mod x86 {
     #[target_feature(enable = "avx2,fma")]
     pub(super) fn solve_avx2<const D: usize, const R: usize>(work: &mut Work<'_, R>) {
         solve::<Avx2, D, R>(work);
+    }
+
+    #[target_feature(enable = "avx2,fma")]
+    pub(super) fn walk(simplex: &ExactSimplex<'_>, start: &Start<'_>) -> Option<ExactBound> {
+        simplex.walk(start)
     }
 
     #[target_feature(enable = "avx2,fma")]
@@ -150,7 +166,7 @@ fn moments_of(transform: &[Quad], coordinates: &[f64], rows: &[u32], moments: &m
 }
 
 #[inline(always)]
-fn add_product(factor: (f64, f64), row: (&[f64], &[f64]), values: &mut [f64], errors: &mut [f64]) {
+pub(super) fn add_product(factor: (f64, f64), row: (&[f64], &[f64]), values: &mut [f64], errors: &mut [f64]) {
     for (((&high, &low), value), error) in row.0.iter().zip(row.1).zip(values).zip(errors) {
         let product = factor.0 * high;
         let lost = factor.0.mul_add(high, -product) + (factor.0 * low + factor.1 * high);
