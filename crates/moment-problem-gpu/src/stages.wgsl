@@ -224,7 +224,8 @@ fn sum(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_i
     let at = c * size.stride + f;
     let bound = bounds[at];
     let own = weighting[f];
-    let left = bound < 0.0lf;
+    // What is no number is left, too.
+    let left = !(bound >= 0.0lf);
     let difference = abs(bound - own.x) - own.z;
     tree[l] = select(vec2<f64>(own.y * difference, own.y * difference * difference), vec2<f64>(), left);
     let to = place(2u * size.candidates, left);
