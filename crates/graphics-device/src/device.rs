@@ -41,26 +41,39 @@ impl GraphicsDevice {
     /// # Errors
     /// [`DeviceError::NoAdapter`] with the reason why there is none.
     pub fn open(wanted: wgpu::Features) -> Result<Self, DeviceError> {
-        Self::of(adapter::best()?, wanted, wgpu::Limits::default())
+        Self::with_limits(wanted, |_| wgpu::Limits::default())
     }
 
-    /// The same with all limits that the adapter offers.
+    /// The same with buffers and storage bindings as large as the adapter allows.
+    ///
+    /// # Errors
+    /// As [`GraphicsDevice::open`].
+    pub fn open_large(wanted: wgpu::Features) -> Result<Self, DeviceError> {
+        Self::with_limits(wanted, |adapter| {
+            let wgpu::Limits { max_buffer_size, max_storage_buffer_binding_size, .. } = adapter.limits();
+            wgpu::Limits { max_buffer_size, max_storage_buffer_binding_size, ..Default::default() }
+        })
+    }
+
+    /// The same with all limits of the adapter, the number of storage bindings of a stage among them.
     ///
     /// # Errors
     /// As [`GraphicsDevice::open`].
     pub fn open_whole(wanted: wgpu::Features) -> Result<Self, DeviceError> {
-        let adapter = adapter::best()?;
-        let limits = adapter.limits();
-        Self::of(adapter, wanted, limits)
+        Self::with_limits(wanted, wgpu::Adapter::limits)
     }
 
-    fn of(adapter: wgpu::Adapter, wanted: wgpu::Features, limits: wgpu::Limits) -> Result<Self, DeviceError> {
+    fn with_limits(
+        wanted: wgpu::Features,
+        limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
+    ) -> Result<Self, DeviceError> {
+        let adapter = adapter::best()?;
         let info = adapter.get_info();
         let software = info.device_type == wgpu::DeviceType::Cpu;
         let name = AdapterName::from(info);
         let descriptor = wgpu::DeviceDescriptor {
             required_features: adapter.features() & wanted,
-            required_limits: limits,
+            required_limits: limits(&adapter),
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
@@ -155,6 +168,19 @@ impl GraphicsDevice {
     pub fn shader(&self, source: &str) -> wgpu::ShaderModule {
         let source = wgpu::ShaderSource::Wgsl(source.into());
         self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
+    }
+
+    /// A module without the checks that keep indices in range and loops from running for ever: on some processors they take
+    /// as long as the work itself.
+    ///
+    /// # Safety
+    /// Every index must be in range and every loop must end, whatever the resources hold.
+    pub unsafe fn shader_unchecked(&self, source: &str) -> wgpu::ShaderModule {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        let descriptor = wgpu::ShaderModuleDescriptor { label: None, source };
+        let checks = wgpu::ShaderRuntimeChecks::unchecked();
+        // SAFETY: the caller vouches for indices and loops.
+        unsafe { self.device.create_shader_module_trusted(descriptor, checks) }
     }
 
     /// The values of level 0 of `texture`, which needs the usage `COPY_SRC`, row by row.

@@ -36,6 +36,15 @@ impl PassTimer {
         }
     }
 
+    /// The same for a compute pass.
+    pub fn compute_writes(&self, pass: u32) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
     /// For the first of several passes that count as one.
     pub fn begin_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
         wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..writes }
@@ -44,6 +53,16 @@ impl PassTimer {
     /// For the last of several passes that count as one.
     pub fn end_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
         wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..writes }
+    }
+
+    /// [`PassTimer::compute_writes`] for one of `count` passes that count as one.
+    pub fn compute_part(&self, pass: u32, part: usize, count: usize) -> wgpu::ComputePassTimestampWrites<'_> {
+        let whole = self.compute_writes(pass);
+        wgpu::ComputePassTimestampWrites {
+            beginning_of_pass_write_index: whole.beginning_of_pass_write_index.filter(|_| part == 0),
+            end_of_pass_write_index: whole.end_of_pass_write_index.filter(|_| part + 1 == count),
+            ..whole
+        }
     }
 
     /// Makes the timestamps of the first `passes` passes readable, and of no others: a driver may wait for ever for a timestamp that nothing writes.

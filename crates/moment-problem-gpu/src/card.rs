@@ -14,6 +14,9 @@ const SHARE: u32 = 2048;
 /// Supports are packed into nine bits a column.
 const MAX_DEPTHS: usize = 512;
 
+/// Programs that may always be left: narrow kernels come together.
+const LEAST_ROOM: u64 = 1 << 14;
+
 /// One in so many programs may be left to the exact route.
 const LEFT: u32 = 32;
 
@@ -298,7 +301,7 @@ impl<'c> ResidentPrograms<'c> {
             stride as u64 / 128,
             u64::from(limits.max_compute_workgroups_per_dimension),
         )?;
-        let capacity = (pairs / u64::from(LEFT)).max(1024);
+        let capacity = (pairs / u64::from(LEFT)).max(LEAST_ROOM);
         let mut coordinates = vec![0.0f64; stride * dimensions];
         let mut guesses = vec![[0u32; 4]; stride];
         let (mut steps, mut masses) = (vec![1i32; stride], vec![[0.0f64; 2]; stride]);

@@ -244,7 +244,7 @@ fn recheck(case: &Case, basis: &[usize], solution: &BatchSolution, every: usize)
         if proved < fragment.mass_before - TOLERANCE {
             // Its weights attain the value, if none is negative. Where one is, by rounding, the optimum says by how much that
             // may be wrong.
-            let value = if least >= 0.0 {
+            let value = if least >= 0.0 && value.is_finite() {
                 value
             } else {
                 let optimum = simplex.bound(kernel, fragment.step, fragment.mass_before, support).unwrap();

@@ -7,6 +7,7 @@ mod error_sheet;
 mod hover;
 mod kernel;
 mod palette;
+mod series;
 
 pub use bound_chart::{BoundChart, BoundCurve};
 pub(crate) use canvas::{
@@ -19,3 +20,4 @@ pub(crate) use kernel::{Outlined, TITLE, WIDTH, beside_charts, draw_title};
 pub(crate) use palette::{
     BLACK, BLUE, CURVE_COLOURS, GREEN, GRID, ORANGE, PURPLE, SKY_BLUE, VERMILLION, css,
 };
+pub(crate) use series::{Series, SeriesChart, SeriesPoint};

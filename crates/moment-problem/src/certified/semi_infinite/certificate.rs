@@ -53,7 +53,10 @@ const MAX_EXAMINED: usize = 20_000;
 
 impl PreparedBasis {
     /// A number that max(y . a(z) - p(z)) over \[0, 1\] provably does not exceed (infinite if nothing can be said).
-    pub(crate) fn excess(&self, y: &[DoubleDouble], step: Step) -> f64 {
+    ///
+    /// # Errors
+    /// An excess that is attained somewhere and above `hopeless`: whoever asks has no use for a proof then.
+    pub(crate) fn excess(&self, y: &[DoubleDouble], step: Step, hopeless: f64) -> Result<f64, f64> {
         let rounded: Vec<f64> = y.iter().map(|y| y.to_f64()).collect();
         let coefficients = self.coefficients(y);
         let mut proof = Proof { basis: self, coefficients: &coefficients, examined: 0, worst: 0.0 };
@@ -68,11 +71,11 @@ impl PreparedBasis {
                 if bound - p <= EXCESS_TOLERANCE {
                     proof.worst = proof.worst.max(bound - p);
                 } else {
-                    proof.examine(left.max(low), right.min(high), p);
+                    proof.examine((left.max(low), right.min(high)), p, hopeless)?;
                 }
             }
         }
-        proof.worst
+        Ok(proof.worst)
     }
 
     fn cells_between(&self, low: f64, high: f64) -> &[Cell] {
@@ -82,7 +85,7 @@ impl PreparedBasis {
         &self.cells[first..last]
     }
 
-    /// Local maxima of y . a - p on \[0, 1\] that exceed `tolerance`, with the number of intervals examined for them. Not
+    /// Local maxima of y . a - p on \[0, 1\] that exceed `tolerance`, with the number of points and intervals examined for them. Not
     /// rigorous: proposes columns.
     pub(super) fn violations(&self, y: &[DoubleDouble], step: Step, tolerance: f64) -> (Vec<f64>, usize) {
         let rounded: Vec<f64> = y.iter().map(|y| y.to_f64()).collect();
@@ -110,11 +113,13 @@ impl PreparedBasis {
         (search.found, search.examined)
     }
 
-    /// Highest point found of the function in \[left, right\], by Newton's method from `start`.
-    fn peak(&self, coefficients: &[DoubleDouble], start: f64, left: f64, right: f64) -> (f64, f64) {
+    /// Highest point found of the function in \[left, right\], by Newton's method from `start`, its value, and how many
+    /// evaluations that took.
+    fn peak(&self, coefficients: &[DoubleDouble], start: f64, left: f64, right: f64) -> (f64, f64, usize) {
         let mut best = (start, f64::NEG_INFINITY);
-        let mut z = start;
-        for _ in 0..20 {
+        let (mut z, mut evaluations) = (start, 0);
+        while evaluations < 20 {
+            evaluations += 1;
             let at = self.function(coefficients, Jet::variable(DoubleDouble::from(z)));
             let (value, slope, curvature) = (at.value.to_f64(), at.first.to_f64(), at.second.to_f64());
             if value > best.1 {
@@ -134,7 +139,7 @@ impl PreparedBasis {
             }
             z = next;
         }
-        best
+        (best.0, best.1, evaluations)
     }
 }
 
@@ -149,7 +154,9 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn consider_peak(&mut self, start: f64, left: f64, right: f64, p: f64) {
-        let (z, value) = self.basis.peak(self.coefficients, start.clamp(left, right), left, right);
+        let start = start.clamp(left, right);
+        let (z, value, evaluations) = self.basis.peak(self.coefficients, start, left, right);
+        self.examined += evaluations;
         if value - p > self.tolerance {
             self.found.push(z);
         }
@@ -273,12 +280,15 @@ impl Proof<'_> {
         value + 0.5 * steepest * steepest / -model.curvature.1 * (1.0 + 1e-14) + margin
     }
 
-    fn examine(&mut self, low: f64, high: f64, p: f64) {
-        let mut stack = vec![(low, high)];
+    fn examine(&mut self, interval: (f64, f64), p: f64, hopeless: f64) -> Result<(), f64> {
+        let mut stack = vec![interval];
         while let Some((low, high)) = stack.pop() {
             self.examined += 1;
             let Enclosure { bound, value, .. } = self.bound(low, high);
             let excess = bound - p;
+            if value - p > hopeless {
+                return Err(value - p);
+            }
             let middle = 0.5 * (low + high);
             let divisible = middle > low && middle < high && self.examined + stack.len() < MAX_EXAMINED;
             if excess <= EXCESS_TOLERANCE || bound - value <= RESOLUTION || !divisible {
@@ -288,6 +298,7 @@ impl Proof<'_> {
                 stack.push((middle, high));
             }
         }
+        Ok(())
     }
 
     /// Upper bound of the function on \[low, high\]: the best of Taylor's formula, monotonicity and concavity.
