@@ -434,6 +434,15 @@ impl<'c> ResidentPrograms<'c> {
         candidates: &[&SpanColumns],
         tolerance: f64,
     ) -> Result<Submitted, CardError> {
+        self.card.gpu.watched(|| self.handed_over(batch, candidates, tolerance))
+    }
+
+    fn handed_over(
+        &self,
+        batch: &ProgramBatch<'_>,
+        candidates: &[&SpanColumns],
+        tolerance: f64,
+    ) -> Result<Submitted, CardError> {
         let count = candidates.len();
         assert!((1..=self.size.candidates as usize).contains(&count), "{count} candidates");
         let gpu = &self.card.gpu;
@@ -513,6 +522,10 @@ impl<'c> ResidentPrograms<'c> {
     /// [`CardError::Device`] where the device fails, [`CardError::Uncertified`] where more programs are left than there is room
     /// for.
     pub fn finish(&self, submitted: Submitted) -> Result<(Answer, Vec<Pass>), CardError> {
+        self.card.gpu.watched(|| self.fetched(submitted))
+    }
+
+    fn fetched(&self, submitted: Submitted) -> Result<(Answer, Vec<Pass>), CardError> {
         let gpu = &self.card.gpu;
         let failed = |error: String| CardError::Device(DeviceError::Failed(error));
         let wait = wgpu::PollType::Wait { submission_index: Some(submitted.index.clone()), timeout: None };
