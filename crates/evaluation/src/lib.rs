@@ -19,7 +19,7 @@ mod timing;
 
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
-pub use experiment::{Alphas, Experiment, Prediction, Scale};
+pub use experiment::{Alphas, CardPrediction, Experiment, Prediction, Scale};
 pub use fragments::{ReferenceRecord, SceneSettings, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
@@ -55,7 +55,7 @@ pub use moment_problem::MomentBound;
 pub use pictures::PICTURE_GAP;
 pub use provenance::{Build, Provenance, logical_cores};
 pub use role::{Role, with_role};
-pub use run::{Progress, Run, RunOptions};
+pub use run::{Backend, Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;

@@ -55,6 +55,14 @@ impl GraphicsDevice {
         })
     }
 
+    /// The same with all limits of the adapter, the number of storage bindings of a stage among them.
+    ///
+    /// # Errors
+    /// As [`GraphicsDevice::open`].
+    pub fn open_whole(wanted: wgpu::Features) -> Result<Self, DeviceError> {
+        Self::with_limits(wanted, wgpu::Adapter::limits)
+    }
+
     fn with_limits(
         wanted: wgpu::Features,
         limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
