@@ -89,7 +89,7 @@ impl Modules {
     fn passes(&self, map_size: u32, pixels: usize) -> Vec<ComputePass<'_>> {
         let mut passes = Vec::new();
         if let Some(source) = &self.prefix_sums {
-            let columns = (map_size * self.channels as u32).div_ceil(64);
+            let columns = (map_size * self.channels as u32).div_ceil(16);
             passes.push(ComputePass { name: "rows", source, entry: "rows", groups: map_size });
             passes.push(ComputePass { name: "columns", source, entry: "columns", groups: columns });
         }

@@ -5,7 +5,7 @@
 
 use super::records::FrameSample;
 use super::scenery::SpeedPlan;
-use super::settings::{FrameTiming, SpeedAccuracyExperiment};
+use super::settings::{CandidateSetting, FrameTiming, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
 use crate::fragments::{LoadedScene, Source};
 use crate::timing::GpuRecord;
@@ -131,7 +131,11 @@ impl SpeedPlan<'_> {
                 leak_reduction: 0.0,
                 route: Route::Fragment,
             };
-            let techniques = self.frame_shaders(&kernel);
+            let mut techniques = self.frame_shaders(&kernel);
+            techniques.retain(|(name, format, _)| {
+                let label = format!("{name}, {format}");
+                timing.techniques.is_empty() || format == "depth" || timing.techniques.contains(&label)
+            });
             let routes = timing.routes.iter();
             let forwards = techniques
                 .iter()
@@ -208,6 +212,13 @@ impl SpeedAccuracyExperiment {
             let key = if timing.frames == 0 { "frames" } else { "rounds" };
             return fail(key, format!("{} frames in {} rounds are none", timing.frames, timing.rounds));
         }
+        let known = |label: &String| {
+            let of = |technique: &CandidateSetting| label.starts_with(&format!("{}, ", technique.name));
+            self.technique.iter().any(of)
+        };
+        if let Some(label) = timing.techniques.iter().find(|label| !known(label)) {
+            return fail("techniques", format!("`{label}` is no technique with a format"));
+        }
         for point in timing.points() {
             if gaussian(point.kernel).is_none() {
                 let key = if point.kernel == timing.kernel { "kernel" } else { "kernels" };
@@ -243,6 +254,7 @@ mod tests {
             map_sizes: Vec::new(),
             outputs: Vec::new(),
             kernels: Vec::new(),
+            techniques: Vec::new(),
             routes: vec![FrameRoute::Fragment],
             frames: 1,
             rounds: 1,

@@ -126,6 +126,9 @@ pub struct FrameTiming {
     /// Other kernel sizes.
     #[serde(default)]
     pub kernels: Vec<usize>,
+    /// `NAME, FORMAT` of the techniques that are timed; all that have a shader without.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub techniques: Vec<String>,
     /// Which shaders; fragment shaders without.
     #[serde(default = "fragment_route")]
     pub routes: Vec<FrameRoute>,
