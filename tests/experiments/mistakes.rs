@@ -143,7 +143,7 @@ fn mistakes_in_ways_to_store_moments_name_line_and_value() {
     let text = std::fs::read_to_string(file).unwrap();
     let cases = [
         ("\"GDC16 four moments\"]", "\"theta_5\"]", "theta_5"),
-        ("formats = [\"unorm16\", \"unorm10\", \"f16\"]", "formats = [\"unorm8\"]", "unorm8"),
+        ("formats = [\"unorm16\", \"unorm10\", \"f16\"]", "formats = [\"unorm9\"]", "unorm9"),
         ("kernel = { shape = \"box\", size = 9 }", "", "shape box"),
         ("formats = [\"u32/256\"]", "formats = [\"u32/80\"]", "u32/80"),
         ("baseline = \"MSM15 theta_4\"", "baseline = \"optimal\"", "optimal"),

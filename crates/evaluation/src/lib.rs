@@ -37,6 +37,12 @@ pub use kinds::search::{
     MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
     SearchSample, SearchTiming, StageRecord,
 };
+pub use kinds::single_scattering::{
+    AliasingRecord, AliasingSetting, EdgeRecord, MediumSetting, ScatteringCost, ScatteringMethod,
+    ScatteringPicture, ScatteringPictureRecord, ScatteringRecord, ScatteringSample, ScatteringStability,
+    ScatteringTechnique, ScatteringTiming, ScatteringViewRecord, SingleScatteringExperiment, Standpoint,
+    StandpointSetting, StoredBiasRecord,
+};
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, Population, Precision, ReceiverPicture, ReceiverRecord,
     ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftSample,

@@ -34,7 +34,7 @@ impl Technique {
             NumberFormat::Unorm16 => TexelFormat::Unorm16,
             NumberFormat::F16 => TexelFormat::F16,
             NumberFormat::F32 => TexelFormat::F32,
-            NumberFormat::Unorm10 | NumberFormat::U32Fixed { .. } => return None,
+            NumberFormat::Unorm8 | NumberFormat::Unorm10 | NumberFormat::U32Fixed { .. } => return None,
         };
         if textures.len() > MAX_TEXTURES {
             return None;

@@ -87,8 +87,13 @@ impl View {
 
     /// World direction through a pixel's centre, of length 1 along the view.
     fn ray(&self, x: u32, y: u32) -> [f64; 3] {
-        let across = (2.0 * (f64::from(x) + 0.5) / self.size[0] - 1.0) * self.half[0];
-        let down = (2.0 * (f64::from(y) + 0.5) / self.size[1] - 1.0) * self.half[1];
+        self.direction([x, y].map(|pixel| f64::from(pixel) + 0.5))
+    }
+
+    /// The same through any point in pixels.
+    pub(crate) fn direction(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let across = (2.0 * x / self.size[0] - 1.0) * self.half[0];
+        let down = (2.0 * y / self.size[1] - 1.0) * self.half[1];
         [0, 1, 2].map(|k| self.forward[k] + across * self.right[k] - down * self.up[k])
     }
 
@@ -149,12 +154,16 @@ impl Surface {
     }
 }
 
-pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, RenderError> {
+pub(crate) fn render(
+    scene: &Scene,
+    camera: &Camera,
+    [width, height]: [u32; 2],
+) -> Result<Frame, RenderError> {
     check_size(width, height)?;
     scene.check()?;
     // Masks are checked as for stacks.
     crate::stack::fixed_point::Masks::new(scene)?;
-    let view = View::new(&scene.camera, width, height)?;
+    let view = View::new(camera, width, height)?;
     let position = |i: u32| scene.vertices[i as usize].position.map(f64::from);
     let pieces: Vec<(u32, PreparedTriangle)> = scene
         .triangles

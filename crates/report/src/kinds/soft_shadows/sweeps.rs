@@ -1,13 +1,11 @@
 //! One parameter varied at a time: tables, charts, and which settings are safe.
 
 use super::summary::SoftTables;
-use crate::drawing::{Area, Drawn, FINE, Stroke, around, draw_title, legend, line, mesh, svg};
+use crate::drawing::{CurveChart, Tried, svg};
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Drawing, Table, Text, in_percent, percent};
 use evaluation::{Sweep, SweepRecord, SweepValues};
-use plotters::prelude::{BindKeyPoints, ChartBuilder, Circle, IntoLogRange};
-use plotters::style::Color;
 
 /// A setting is safe if nothing fails and the error is within this factor of the least of the sweep.
 const SAFE: f64 = 1.05;
@@ -143,51 +141,28 @@ pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportErro
         }
         let id = format!("sweep-{}", sweep.id);
         let title = format!("Error by {}, light \"{}\"", label(&sweep.values), sweep.light);
-        let picture = svg(&id, (640, 400), |root| draw(root, (&title, label(&sweep.values)), &curves))?;
+        let chart = CurveChart {
+            title: &title,
+            x: label(&sweep.values),
+            y: "mean |method - truth|",
+            curves: curves.iter().map(|points| tried(points, &curves)).collect(),
+        };
+        let picture = svg(&id, (640, 400), |root| chart.draw(root))?;
         drawings.push(Drawing::new(id, title, picture));
     }
     Ok(drawings)
 }
 
-fn draw(root: &Area<'_>, (title, label): (&str, &str), curves: &[Vec<&SweepRecord>]) -> Drawn {
-    let (top, rest) = root.split_vertically(30 * FINE);
-    draw_title(&top, title)?;
-    let (plot, key) = rest.split_vertically(rest.dim_in_pixel().1 as i32 - 40 * FINE as i32);
-    let values = || curves.iter().flatten().filter_map(|r| r.value);
-    let least = values().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
-    let place = |r: &SweepRecord| r.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least);
-    let first = curves.iter().flatten().map(|r| place(r)).fold(f64::INFINITY, f64::min);
-    let last = values().fold(0.0, f64::max);
-    let highest = curves.iter().flatten().map(|r| r.mean_error).fold(0.0, f64::max);
-    let mut ticks: Vec<(f64, &str)> =
-        curves.iter().flatten().map(|r| (place(r), r.setting.as_str())).collect();
-    ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ticks.dedup();
-    let mut builder = ChartBuilder::on(&plot);
-    builder.margin_left(6 * FINE).margin_top(6 * FINE).margin_right(16 * FINE);
-    builder.x_label_area_size(42 * FINE).y_label_area_size(56 * FINE);
-    let axis = (0.8 * first..1.25 * last).log_scale();
-    let axis = axis.with_key_points(ticks.iter().map(|tick| tick.0).collect());
-    let mut chart = builder.build_cartesian_2d(axis, 0.0..1.1 * highest.max(1e-6))?;
-    let tick = |value: &f64| {
-        let of = ticks.iter().find(|tick| tick.0 == *value);
-        of.map_or(String::new(), |tick| tick.1.to_owned())
+/// A curve with its technique; what is 0 stands left of the least other value of all curves.
+fn tried(points: &[&SweepRecord], curves: &[Vec<&SweepRecord>]) -> (String, Vec<Tried>) {
+    let values = curves.iter().flatten().filter_map(|r| r.value);
+    let least = values.filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+    let of = |row: &&SweepRecord| Tried {
+        place: row.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least),
+        tick: row.setting.clone(),
+        value: row.mean_error,
+        label: format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2)),
     };
-    let mut grid = mesh(&mut chart, 11);
-    grid.x_label_formatter(&tick).y_label_formatter(&|error| percent(*error, 1)).y_labels(7);
-    grid.x_desc(label).y_desc("mean |method - truth|");
-    grid.draw()?;
-    let mut entries = Vec::new();
-    for (n, points) in curves.iter().enumerate() {
-        let stroke = Stroke::nth(n);
-        line(&mut chart, points.iter().map(|r| (place(r), r.mean_error)).collect(), stroke)?;
-        for row in points {
-            let at = (place(row), row.mean_error);
-            chart.draw_series([Circle::new(at, 3 * FINE, stroke.colour.filled())])?;
-            let label = format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2));
-            around(chart.backend_coord(&at), 6 * FINE as i32, &label);
-        }
-        entries.extend(points.first().map(|row| (stroke, row.technique.clone())));
-    }
-    legend(&key, &entries, 3)
+    let name = points.first().map_or_else(String::new, |row| row.technique.clone());
+    (name, points.iter().map(of).collect())
 }
