@@ -23,7 +23,7 @@ mod view;
 pub use light_map::{LightMap, LitInterval};
 pub use marched::{Jitter, Marched};
 pub use medium::{Medium, MediumError};
-pub use prefiltered::{Blending, ExactPrefixes, Prefiltered};
+pub use prefiltered::{Blending, ExactPrefixes, Prefiltered, StoredPrefixes};
 pub use prefix::{adaptive_blend, prefix_means, relative_weights, scattered, step_weights};
 pub use rectification::{Frustum, LightAxes, Rectification, RectificationError, Rectified};
 pub use rectified_map::{FilteredDepths, RectifiedMap, RectifiedTexel};

@@ -17,11 +17,28 @@ pub enum Blending {
     Adaptive,
 }
 
+/// What a texel of the rectified map holds and how it is read.
+#[derive(Clone, Copy)]
+pub struct StoredPrefixes<'a> {
+    /// Functions of depth, transform, number format, and the bound.
+    pub technique: &'a Technique,
+    /// How bounds are blended.
+    pub blending: Blending,
+    /// Depths are stored as margin + (1 - 2 margin) depth. Sines and cosines take depth 0 for depth 1, where clamped depths
+    /// lie.
+    pub margin: f64,
+}
+
+impl StoredPrefixes<'_> {
+    fn depth(&self, depth: f64) -> f64 {
+        self.margin + (1.0 - 2.0 * self.margin) * depth
+    }
+}
+
 /// A rectified map after its prefix sums, for one medium.
 pub struct Prefiltered<'a, P> {
-    technique: &'a Technique,
+    stored: StoredPrefixes<'a>,
     rectified: &'a RectifiedMap,
-    blending: Blending,
     /// One or two, with the inverse sine of the inclination that its spacing is right for, a row each.
     layers: Vec<(ChannelMap<P>, Vec<f64>)>,
 }
@@ -89,7 +106,7 @@ impl LookUp {
             [first, ..] => first.0,
             [] => 0.0,
         };
-        view.joined(ray, 1.0 - shadowed, self.end, true)
+        view.joined(ray, (1.0 - shadowed).clamp(0.0, 1.0), self.end, true)
     }
 
     /// The mean of 1 / sin over both rows.
@@ -104,19 +121,19 @@ impl<'a, P: Precision> Prefiltered<'a, P> {
     /// # Errors
     /// [`FilteringError::NotFinite`] where a value is no number.
     pub fn new(
-        (technique, blending): (&'a Technique, Blending),
+        stored: StoredPrefixes<'a>,
         rectified: &'a RectifiedMap,
         view: &SingleScattering<'_>,
         inverse_sines: &[Vec<f64>],
     ) -> Result<Self, FilteringError> {
         let layers = inverse_sines
             .iter()
-            .map(|of_rows| Ok((prefix_map(technique, rectified, view, of_rows)?, of_rows.clone())));
-        Ok(Self { technique, rectified, blending, layers: layers.collect::<Result<_, FilteringError>>()? })
+            .map(|of_rows| Ok((prefix_map(stored, rectified, view, of_rows)?, of_rows.clone())));
+        Ok(Self { stored, rectified, layers: layers.collect::<Result<_, FilteringError>>()? })
     }
 
-    /// What is stored, of the first spacing.
-    pub fn stored(&self) -> Option<&ChannelMap<P>> {
+    /// The map that is looked up, of the first spacing.
+    pub fn map(&self) -> Option<&ChannelMap<P>> {
         self.layers.first().map(|(map, _)| map)
     }
 
@@ -124,7 +141,7 @@ impl<'a, P: Precision> Prefiltered<'a, P> {
     pub fn values(&self, view: &SingleScattering<'_>, ray: &ViewRay) -> Option<(Vec<P>, f64)> {
         let at = LookUp::new(self.rectified, view, ray);
         let (map, _) = self.layers.first()?;
-        Some((self.restored(&at, map), at.depth))
+        Some((self.restored(&at, map), self.stored.depth(at.depth)))
     }
 
     fn restored(&self, at: &LookUp, map: &ChannelMap<P>) -> Vec<P> {
@@ -137,7 +154,7 @@ impl<'a, P: Precision> Prefiltered<'a, P> {
             }
         }
         let mut b = vec![P::zero(); mean.len()];
-        self.technique.restore(&mean, &mut b);
+        self.stored.technique.restore(&mean, &mut b);
         b
     }
 
@@ -152,13 +169,13 @@ impl<'a, P: Precision> Prefiltered<'a, P> {
         ray: &ViewRay,
     ) -> Result<f64, FilteringError> {
         let at = LookUp::new(self.rectified, view, ray);
-        let beta = match self.blending {
+        let beta = match self.stored.blending {
             Blending::Fixed(beta) => beta,
             Blending::Adaptive => adaptive_blend(view.scattering_cosine(ray)),
         };
         let of_layer = |(map, inverse_sines): &(ChannelMap<P>, Vec<f64>)| {
             let b = self.restored(&at, map);
-            let bounds = technique.bounds(&b, P::from_f64(at.depth))?;
+            let bounds = technique.bounds(&b, P::from_f64(self.stored.depth(at.depth)))?;
             let shadowed = bounds.blend(P::from_f64(beta)).to_f64();
             Ok((shadowed, at.inverse_sine_of(inverse_sines)))
         };
@@ -168,13 +185,14 @@ impl<'a, P: Precision> Prefiltered<'a, P> {
 }
 
 fn prefix_map<P: Precision>(
-    technique: &Technique,
+    stored: StoredPrefixes<'_>,
     rectified: &RectifiedMap,
     view: &SingleScattering<'_>,
     inverse_sines: &[f64],
 ) -> Result<ChannelMap<P>, FilteringError> {
     let rectification = &rectified.rectification;
     let [columns, rows] = rectification.size;
+    let technique = stored.technique;
     let channels = technique.channels();
     let format = technique.encoding().format();
     let mut data = vec![P::zero(); columns * rows * channels];
@@ -187,7 +205,7 @@ fn prefix_map<P: Precision>(
                     if weight == 0.0 {
                         continue;
                     }
-                    technique.evaluate(P::from_f64(depth), b);
+                    technique.evaluate(P::from_f64(stored.depth(depth)), b);
                     let weight = P::from_f64(weight);
                     mean.iter_mut().zip(&*b).for_each(|(sum, &value)| *sum = *sum + weight * value);
                 }
@@ -234,7 +252,7 @@ impl<'a> ExactPrefixes<'a> {
 impl<P: Precision> Estimate<SingleScattering<'_>> for Prefiltered<'_, P> {
     /// The lit share.
     fn estimate(&self, view: &SingleScattering<'_>, ray: &ViewRay) -> Result<f64, FilteringError> {
-        self.read_by(self.technique, view, ray)
+        self.read_by(self.stored.technique, view, ray)
     }
 }
 

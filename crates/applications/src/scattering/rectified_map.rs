@@ -122,7 +122,8 @@ impl RectifiedMap {
             if !is_on_map {
                 return Ok(RectifiedTexel { depths: [1.0; 2], weights: [1.0, 0.0] });
             }
-            let footprint = rectification.column_width().max(r * row_angle) / texel_size;
+            // The mean of both sides: a texel far from the axis is much wider across than along its row.
+            let footprint = (rectification.column_width() * r * row_angle).sqrt() / texel_size;
             let two = depths.sample(at, footprint.log2())?;
             let resampled = Resampled::of_cleared(two, range, r, rectification.flipped);
             Ok(RectifiedTexel { depths: resampled.depths, weights: two.weights })

@@ -12,8 +12,10 @@ pub enum Spacing {
     /// The mean of the bounds of theta over the whole frustum, as published.
     Mean,
     /// The mean of the bounds over the frustum at the row's azimuth.
-    #[default]
     Row,
+    /// The mean sine of inclinations between these bounds, by solid angle.
+    #[default]
+    Solid,
     /// The mean sine of the view rays that the row is for.
     Rays,
     /// Two maps, for the inclinations a quarter from either bound of the row; rays between them mix both.
@@ -24,6 +26,13 @@ pub enum Spacing {
 
 /// Sines below this belong to rays along the light, whose samples all lie in the first column.
 const LEAST_SINE: f64 = 1e-3;
+
+/// int sin^2 / int sin over an interval of inclinations.
+fn mean_sine([low, high]: [f64; 2]) -> f64 {
+    let solid = low.cos() - high.cos();
+    let squares = 0.5 * (high - low) - 0.25 * ((2.0 * high).sin() - (2.0 * low).sin());
+    if solid > LEAST_SINE * LEAST_SINE { squares / solid } else { (0.5 * (low + high)).sin() }
+}
 
 impl Spacing {
     /// 1 / sin(theta) of each row, for each map that is kept; no map for [`Spacing::Own`].
@@ -50,6 +59,7 @@ impl Spacing {
                 vec![vec![inverse((0.5 * (low + high)).sin()); rows]]
             }
             Self::Row => vec![at(0.5)],
+            Self::Solid => vec![(0..rows).map(|row| inverse(mean_sine(bounds(row)))).collect()],
             Self::Two => vec![at(0.25), at(0.75)],
             Self::Own => Vec::new(),
             Self::Rays => {
@@ -62,7 +72,7 @@ impl Spacing {
                 }
                 let mean = |(row, &(sum, count)): (usize, &(f64, usize))| {
                     let [low, high] = bounds(row);
-                    inverse(if count > 0 { sum / count as f64 } else { (0.5 * (low + high)).sin() })
+                    inverse(if count > 0 { sum / count as f64 } else { mean_sine([low, high]) })
                 };
                 vec![sums.iter().enumerate().map(mean).collect()]
             }

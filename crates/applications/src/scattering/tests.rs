@@ -174,7 +174,8 @@ fn more_moments_err_less_and_single_precision_follows() {
         [MomentBound::Hamburger2, MomentBound::Hamburger4, MomentBound::Hamburger6, MomentBound::Hamburger8]
             .map(|bound| {
                 let technique = technique(bound);
-                let method = (&technique, Blending::Fixed(0.5));
+                let method =
+                    StoredPrefixes { technique: &technique, blending: Blending::Fixed(0.5), margin: 0.0 };
                 let double = Prefiltered::<f64>::new(method, &rectified, &view, &spacing).unwrap();
                 let single = Prefiltered::<f32>::new(method, &rectified, &view, &spacing).unwrap();
                 for ray in &rays {
@@ -197,7 +198,13 @@ fn blends_are_ordered_and_the_adaptive_one_lies_between() {
     let technique = technique(MomentBound::Hamburger4);
     let spacing = Spacing::Mean.inverse_sines(&rectified, &frustum, &view, &rays);
     let blends = [Blending::Fixed(0.0), Blending::Adaptive, Blending::Fixed(1.0)].map(|blending| {
-        Prefiltered::<f64>::new((&technique, blending), &rectified, &view, &spacing).unwrap()
+        Prefiltered::<f64>::new(
+            StoredPrefixes { technique: &technique, blending, margin: 0.0 },
+            &rectified,
+            &view,
+            &spacing,
+        )
+        .unwrap()
     });
     for ray in &rays {
         let [bright, adaptive, dark] = [0, 1, 2].map(|i| blends[i].estimate(&view, ray).unwrap());
@@ -246,9 +253,13 @@ fn extreme_rays_and_media_give_numbers() {
             for length in [0.0, 1e-9, 5.0, f64::INFINITY] {
                 let ray = ViewRay { direction, length, noise: 0.5, stream: 0 };
                 let spacing = Spacing::Rays.inverse_sines(&rectified, &frustum, &view, &[ray]);
-                let method =
-                    Prefiltered::<f32>::new((&technique, Blending::Adaptive), &rectified, &view, &spacing)
-                        .unwrap();
+                let method = Prefiltered::<f32>::new(
+                    StoredPrefixes { technique: &technique, blending: Blending::Adaptive, margin: 0.0 },
+                    &rectified,
+                    &view,
+                    &spacing,
+                )
+                .unwrap();
                 let all = [
                     view.truth(&ray),
                     method.estimate(&view, &ray).unwrap(),

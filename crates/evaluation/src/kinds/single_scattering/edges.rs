@@ -8,7 +8,7 @@ use crate::statistics::rounded;
 use applications::Estimate;
 use applications::scattering::{
     Blending, ExactPrefixes, LightAxes, LightMap, Medium, Prefiltered, Rectification, RectifiedMap,
-    RectifiedTexel, SingleScattering, ViewRay,
+    RectifiedTexel, SingleScattering, StoredPrefixes, ViewRay,
 };
 use moment_problem::MomentBound;
 use random_stream::Random;
@@ -136,7 +136,7 @@ fn judged(
 ) -> Result<EdgeRecord, FilteringError> {
     let spec = TechniqueSpec { alpha: Some(bound.single_precision_bias()), ..TechniqueSpec::from(bound) };
     let technique = spec.build()?;
-    let method = (&technique, Blending::Fixed(0.5));
+    let method = StoredPrefixes { technique: &technique, blending: Blending::Fixed(0.5), margin: 0.0 };
     let double = Prefiltered::<f64>::new(method, rectified, view, spacing)?;
     let single = Prefiltered::<f32>::new(method, rectified, view, spacing)?;
     let (mut sum, mut largest, mut changes, mut largest_change, mut failed) = (0.0, 0.0f64, 0.0, 0.0f64, 0);

@@ -6,7 +6,8 @@ use crate::experiment::keys::in_key;
 use crate::kinds::soft_shadows::Precision;
 use applications::Estimate;
 use applications::scattering::{
-    Blending, ExactPrefixes, Jitter, Marched, Prefiltered, RectifiedMap, SingleScattering, Spacing, ViewRay,
+    Blending, ExactPrefixes, Jitter, Marched, Prefiltered, RectifiedMap, SingleScattering, Spacing,
+    StoredPrefixes, ViewRay,
 };
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{FilteringError, Technique, TechniqueSpec};
@@ -33,6 +34,9 @@ pub struct ScatteringMethod {
     /// How far apart samples are taken to be.
     #[serde(default)]
     pub spacing: Spacing,
+    /// Depths are stored from `margin` to 1 - `margin`.
+    #[serde(default)]
+    pub margin: f64,
     /// Guard band in place of the experiment's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub guard_band: Option<f64>,
@@ -63,7 +67,8 @@ impl ScatteringMethod {
                 ("stored", self.stored.is_some()),
                 ("adaptive", self.adaptive),
                 ("filtered", self.filtered),
-                ("spacing", self.spacing != Spacing::Row),
+                ("spacing", self.spacing != Spacing::default()),
+                ("margin", self.margin != 0.0),
                 ("guard_band", self.guard_band.is_some()),
                 ("precision", self.precision != Precision::Double),
             ];
@@ -78,8 +83,15 @@ impl ScatteringMethod {
         if let Some(band) = self.guard_band.filter(|band| !(0.0..=1.0).contains(band)) {
             return fail("guard_band", format!("guard_band = {band} is not in [0, 1]"));
         }
+        if !(0.0..0.5).contains(&self.margin) {
+            return fail("margin", format!("margin = {} is not in [0, 0.5)", self.margin));
+        }
         let Some(stored) = &self.stored else {
-            let of_stored = [("adaptive", self.adaptive), ("precision", self.precision != Precision::Double)];
+            let of_stored = [
+                ("adaptive", self.adaptive),
+                ("margin", self.margin != 0.0),
+                ("precision", self.precision != Precision::Double),
+            ];
             return match of_stored.into_iter().find(|(_, is_given)| *is_given) {
                 Some((key, _)) => fail(key, format!("{key} needs something that is stored")),
                 None => Ok(()),
@@ -143,7 +155,7 @@ impl ScatteringMethod {
         let Some(technique) = technique else {
             return Ok(Prepared::Exact(ExactPrefixes::new(rectified, spacing)));
         };
-        let stored = (technique, self.blending());
+        let stored = StoredPrefixes { technique, blending: self.blending(), margin: self.margin };
         let fail = |error: FilteringError| EvaluationError::Value(error.to_string());
         Ok(match self.precision {
             Precision::Double => {

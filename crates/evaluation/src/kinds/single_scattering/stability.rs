@@ -7,7 +7,7 @@ use super::shot::{Maps, Shot};
 use crate::error::EvaluationError;
 use crate::fragments::spread;
 use crate::statistics::{percentile, rounded};
-use applications::scattering::{Blending, Prefiltered, Spacing, ViewRay};
+use applications::scattering::{Blending, Prefiltered, Spacing, StoredPrefixes, ViewRay};
 use applications::truths;
 use moment_problem::MomentBound;
 use quantization::{MomentMatrix, NumberFormat};
@@ -48,6 +48,11 @@ pub(super) fn stored(bound: MomentBound, format: NumberFormat) -> TechniqueSpec 
     }
 }
 
+/// Sines and cosines need one, as depths are clamped.
+fn margin(bound: MomentBound) -> f64 {
+    if bound.is_trigonometric() { 0.05 } else { 0.0 }
+}
+
 /// Every bound in every format.
 fn variants(stability: &ScatteringStability) -> Vec<TechniqueSpec> {
     // Names were read when the file was.
@@ -81,14 +86,25 @@ impl Tally {
         let blending = Blending::Fixed(stability.beta);
         for (number, spec) in specs.iter().enumerate() {
             let Some(bound) = spec.moment_bound() else { continue };
+            let margin = margin(bound);
             let least =
                 TechniqueSpec { alpha: Some(bound.single_precision_bias()), ..TechniqueSpec::from(bound) };
             let least = least.build().map_err(fail)?;
-            let exact =
-                Prefiltered::<f64>::new((&least, blending), rectified, &shot.view, &spacing).map_err(fail)?;
+            let exact = Prefiltered::<f64>::new(
+                StoredPrefixes { technique: &least, blending, margin },
+                rectified,
+                &shot.view,
+                &spacing,
+            )
+            .map_err(fail)?;
             let exact = answers(&rays, |ray| exact.read_by(&least, &shot.view, ray)).map_err(fail)?;
             let technique = spec.build().map_err(fail)?;
-            let method = Prefiltered::<f32>::new((&technique, blending), rectified, &shot.view, &spacing);
+            let method = Prefiltered::<f32>::new(
+                StoredPrefixes { technique: &technique, blending, margin },
+                rectified,
+                &shot.view,
+                &spacing,
+            );
             let method = method.map_err(fail)?;
             let matrix = MomentMatrix::new(&bound.basis());
             let matrix = matrix.map_err(|error| EvaluationError::Value(format!("stability: {error}")))?;

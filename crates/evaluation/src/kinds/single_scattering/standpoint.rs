@@ -64,7 +64,7 @@ impl Extent {
 }
 
 /// Distance of the cameras on the light's axis from the middle, in radii of the scene: towards the light and along it.
-const BEYOND: [f64; 2] = [0.2, 0.9];
+const BEYOND: [f64; 2] = [0.12, 0.9];
 
 /// Depth under the scene in radii.
 const UNDER: f64 = 0.03;

@@ -172,7 +172,7 @@ fn epipole(tables: &ScatteringTables<'_>) -> Measured<String> {
     Ok(format!(
         "Error (signed): six moments {}; exact distributions {}; 128 samples {}",
         words("six moments")?,
-        words("exact, row")?,
+        words("exact")?,
         words("128 samples")?
     ))
 }
@@ -194,10 +194,11 @@ fn aliasing(tables: &ScatteringTables<'_>) -> Measured<String> {
 fn spacing(tables: &ScatteringTables<'_>) -> Measured<String> {
     let of = |role| tables.playing(role, ALL).map(error);
     Ok(format!(
-        "With exact distributions in place of moments {}; {} by bounds of each row, {} by the mean of a row's rays, {} by two maps, {} \
-         with each ray's own",
+        "With exact distributions in place of moments {}; {} for the mean of each row's bounds, {} for the mean sine between them, {} \
+         for that of its rays, {} by two maps, {} with each ray's own",
         of("exact, mean")?,
-        of("exact, row")?,
+        of("exact, bounds")?,
+        of("exact")?,
         of("exact, rays")?,
         of("exact, two")?,
         of("exact, own")?

@@ -125,7 +125,8 @@ impl ScatteringTables<'_> {
     }
 
     fn spacing(&self) -> Option<String> {
-        const SPACINGS: [&str; 5] = ["exact, mean", "exact, row", "exact, rays", "exact, two", "exact, own"];
+        const SPACINGS: [&str; 6] =
+            ["exact, mean", "exact, bounds", "exact", "exact, rays", "exact, two", "exact, own"];
         let listed = self.listed(&SPACINGS, ALL);
         let text = listed.join(", ");
         (!listed.is_empty())
