@@ -343,7 +343,7 @@ fn mistakes_about_single_scattering_name_key_and_value() {
         ("shifts = [0.25, 0.5]", "shifts = [1.5]", "shift 1.5"),
         ("formats = [\"unorm10\", \"unorm16\"", "formats = [\"unorm9\", \"unorm16\"", "unorm9"),
         ("tolerances = [0.1,", "tolerances = [1.0,", "tolerance 1 "),
-        ("insets = [[16, 40, 80]", "insets = [[300, 40, 80]", "inset [300, 40, 80]"),
+        ("insets = [[180, 90, 70]", "insets = [[300, 90, 70]", "inset [300, 90, 70]"),
         ("stretch = 4.0", "stretch = 0.5", "stretch = 0.5"),
     ];
     refused(&folder, &text, &cases);

@@ -13,6 +13,7 @@ mod fragments;
 mod frames;
 mod modules;
 mod pairwise;
+mod scattering;
 mod soft_shadows;
 
 use std::process::ExitCode;
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
     trials.extend(modules::trials());
     trials.extend(frames::trials());
     trials.extend(pairwise::trials());
+    trials.extend(scattering::trials());
     trials.extend(soft_shadows::trials());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()

@@ -38,10 +38,10 @@ pub use kinds::search::{
     SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::single_scattering::{
-    AliasingRecord, AliasingSetting, EdgeRecord, MediumSetting, ScatteringCost, ScatteringMethod,
-    ScatteringPicture, ScatteringPictureRecord, ScatteringRecord, ScatteringSample, ScatteringStability,
-    ScatteringTechnique, ScatteringTiming, ScatteringViewRecord, SingleScatteringExperiment, Standpoint,
-    StandpointSetting, StoredBiasRecord,
+    AliasingRecord, AliasingSetting, COPIED_BYTES, EdgeRecord, MediumSetting, PassTiming, ScatteringCost,
+    ScatteringMethod, ScatteringPicture, ScatteringPictureRecord, ScatteringRecord, ScatteringSample,
+    ScatteringStability, ScatteringTechnique, ScatteringTiming, ScatteringViewRecord,
+    SingleScatteringExperiment, Standpoint, StandpointSetting, StoredBiasRecord,
 };
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, Population, Precision, ReceiverPicture, ReceiverRecord,

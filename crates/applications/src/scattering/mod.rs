@@ -14,6 +14,7 @@ mod prefix;
 mod rectification;
 mod rectified_map;
 mod resample;
+mod shaders;
 mod spacing;
 #[cfg(test)]
 mod tests;
@@ -28,6 +29,10 @@ pub use prefix::{adaptive_blend, prefix_means, relative_weights, scattered, step
 pub use rectification::{Frustum, LightAxes, Rectification, RectificationError, Rectified};
 pub use rectified_map::{FilteredDepths, RectifiedMap, RectifiedTexel};
 pub use resample::{Resampled, resample};
+pub use shaders::{
+    PrefixShader, look_up_shader, march_shader, prefix_map_shader, prefix_words, resample_shader,
+    scattering_uniform,
+};
 pub use spacing::Spacing;
 pub use two_depths::{TwoDepths, two_depths};
 pub use view::{SingleScattering, ViewRay};

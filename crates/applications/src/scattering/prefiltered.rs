@@ -1,12 +1,12 @@
 //! Prefiltered single scattering: prefix sums of an encoded rectified map, one look-up a view ray (BHS16 section 2).
 
+use moment_problem::arithmetic::Real;
 use rayon::prelude::*;
 use shadow_filtering::{ChannelMap, FilteringError, Precision, Technique};
 
-use super::{
-    Rectified, RectifiedMap, SingleScattering, ViewRay, adaptive_blend, prefix_means, relative_weights,
-};
+use super::{RectifiedMap, SingleScattering, ViewRay, adaptive_blend, prefix_means, relative_weights};
 use crate::Estimate;
+use std::f64::consts::TAU;
 
 /// How the bounds on the shadowed share become an answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,20 +64,60 @@ struct LookUp {
     end: f64,
 }
 
+/// Numbers that coordinates are computed with.
+trait Angle: Real {
+    /// The angle of (x, y) to the positive x axis.
+    fn angle(y: Self, x: Self) -> Self;
+}
+
+impl Angle for f32 {
+    fn angle(y: Self, x: Self) -> Self {
+        y.atan2(x)
+    }
+}
+
+impl Angle for f64 {
+    fn angle(y: Self, x: Self) -> Self {
+        y.atan2(x)
+    }
+}
+
 impl LookUp {
-    fn new(rectified: &RectifiedMap, view: &SingleScattering<'_>, ray: &ViewRay) -> Self {
+    /// In the precision of what is looked up: a shader has single coordinates, too.
+    fn of<P: Precision>(rectified: &RectifiedMap, view: &SingleScattering<'_>, ray: &ViewRay) -> Self {
+        // Double precision rounds far below this.
+        const SINGLE: f64 = 1e-10;
+        if P::EPSILON > SINGLE {
+            Self::new::<f32>(rectified, view, ray)
+        } else {
+            Self::new::<f64>(rectified, view, ray)
+        }
+    }
+
+    fn new<F: Angle>(rectified: &RectifiedMap, view: &SingleScattering<'_>, ray: &ViewRay) -> Self {
         let rectification = &rectified.rectification;
         let [columns, rows] = rectification.size;
-        let at = Rectified::of(view.axes.direction(ray.direction));
+        let number = F::from_f64;
+        let [x, y, z] = view.axes.direction(ray.direction).map(number);
         // A unit vector's r is its sine.
-        let inverse_sine = 1.0 / at.r;
+        let sine = (x * x + y * y).sqrt();
+        let inverse_sine = 1.0 / sine.to_f64();
         let end = ray.length.min(rectification.r_max * inverse_sine);
         // Prefix u ends at the outer border of texel u.
-        let place = end * at.r / rectification.column_width() - 1.0;
+        let r = number(ray.length.min(f64::from(f32::MAX))) * sine;
+        let r = r.min(number(rectification.r_max));
+        let place = (r / number(rectification.column_width()) - F::one()).to_f64();
         let place = if place > 0.0 { place.min((columns - 1) as f64) } else { 0.0 };
         let (column, share) = (place.floor() as usize, place.fract());
         let columns = [(column, 1.0 - share), ((column + 1).min(columns - 1), share)];
-        let place = rectification.row_place(at.phi) - 0.5;
+        let azimuth = F::angle(y, x) - number(rectification.phi_start);
+        let turn = number(TAU);
+        // phi_start lies in [0, 2 pi), the angle in [-pi, pi].
+        let mut offset = azimuth;
+        while offset < F::zero() {
+            offset = offset + turn;
+        }
+        let place = (offset * number(rows as f64 / rectification.phi_extent)).to_f64() - 0.5;
         let (first, share) = (place.floor(), place - place.floor());
         let row = |offset: f64| {
             let row = first + offset;
@@ -87,10 +127,12 @@ impl LookUp {
                 row.clamp(0.0, (rows - 1) as f64) as usize
             }
         };
+        let [least, most] = rectification.flipped;
+        let depth = (F::angle(sine, -z) - number(least)) * number(1.0 / (most - least));
         Self {
             rows: [(row(0.0), 1.0 - share), (row(1.0), share)],
             columns,
-            depth: rectification.depth(at.flipped).clamp(0.0, 1.0),
+            depth: depth.clamp_unit().to_f64(),
             inverse_sine,
             end,
         }
@@ -139,7 +181,7 @@ impl<'a, P: Precision> Prefiltered<'a, P> {
 
     /// Filterable values at the end of a ray, as the bound gets them, and the ray's depth.
     pub fn values(&self, view: &SingleScattering<'_>, ray: &ViewRay) -> Option<(Vec<P>, f64)> {
-        let at = LookUp::new(self.rectified, view, ray);
+        let at = LookUp::of::<P>(self.rectified, view, ray);
         let (map, _) = self.layers.first()?;
         Some((self.restored(&at, map), self.stored.depth(at.depth)))
     }
@@ -168,7 +210,7 @@ impl<'a, P: Precision> Prefiltered<'a, P> {
         view: &SingleScattering<'_>,
         ray: &ViewRay,
     ) -> Result<f64, FilteringError> {
-        let at = LookUp::new(self.rectified, view, ray);
+        let at = LookUp::of::<P>(self.rectified, view, ray);
         let beta = match self.stored.blending {
             Blending::Fixed(beta) => beta,
             Blending::Adaptive => adaptive_blend(view.scattering_cosine(ray)),
@@ -259,7 +301,7 @@ impl<P: Precision> Estimate<SingleScattering<'_>> for Prefiltered<'_, P> {
 impl Estimate<SingleScattering<'_>> for ExactPrefixes<'_> {
     /// The lit share.
     fn estimate(&self, view: &SingleScattering<'_>, ray: &ViewRay) -> Result<f64, FilteringError> {
-        let at = LookUp::new(self.rectified, view, ray);
+        let at = LookUp::new::<f64>(self.rectified, view, ray);
         if self.layers.is_empty() {
             let shadowed = self.shadowed(view, &at, None);
             return Ok(at.answer(view, ray, &[(shadowed, 0.0)]));

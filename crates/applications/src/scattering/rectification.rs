@@ -218,7 +218,7 @@ impl Rectification {
     }
 
     /// The place of an azimuth between rows: the middle of the first is 0.5.
-    pub fn row_place(&self, phi: f64) -> f64 {
+    fn row_place(&self, phi: f64) -> f64 {
         (phi - self.phi_start).rem_euclid(TAU) / self.phi_extent * self.size[1] as f64
     }
 

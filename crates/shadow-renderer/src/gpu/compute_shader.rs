@@ -38,11 +38,24 @@ impl ComputeShader {
         gpu: &GraphicsDevice,
         encoder: &mut wgpu::CommandEncoder,
         resources: &[Resource<'_>],
+        groups: [u32; 2],
+    ) -> Result<(), DeviceError> {
+        self.dispatch_timed(gpu, encoder, resources, groups, None)
+    }
+
+    /// The same between timestamps.
+    pub(super) fn dispatch_timed(
+        &self,
+        gpu: &GraphicsDevice,
+        encoder: &mut wgpu::CommandEncoder,
+        resources: &[Resource<'_>],
         [x, y]: [u32; 2],
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
     ) -> Result<(), DeviceError> {
         let layout = self.pipeline.get_bind_group_layout(0);
         let group = bind(gpu, &layout, &[&self.entry_point], resources)?;
-        let mut pass = encoder.begin_compute_pass(&Default::default());
+        let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+        let mut pass = encoder.begin_compute_pass(&descriptor);
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &group, &[]);
         pass.dispatch_workgroups(x, y, 1);

@@ -8,6 +8,7 @@ mod aliasing;
 mod cost;
 mod edges;
 mod method;
+mod passes;
 mod picture;
 mod records;
 mod run;
@@ -20,12 +21,13 @@ mod timing;
 mod view;
 
 pub use method::ScatteringMethod;
+pub use passes::COPIED_BYTES;
 pub use records::{
     AliasingRecord, EdgeRecord, ScatteringCost, ScatteringPictureRecord, ScatteringRecord, ScatteringSample,
     ScatteringViewRecord, StoredBiasRecord,
 };
 pub use settings::{
-    AliasingSetting, MediumSetting, ScatteringPicture, ScatteringStability, ScatteringTechnique,
+    AliasingSetting, MediumSetting, PassTiming, ScatteringPicture, ScatteringStability, ScatteringTechnique,
     ScatteringTiming, SingleScatteringExperiment,
 };
 pub use standpoint::{Standpoint, StandpointSetting};

@@ -10,7 +10,7 @@ use crate::error::EvaluationError;
 use crate::kinds::filterable::map_name;
 use crate::pictures::{png, signed_grey, stretched_side_by_side};
 use crate::run_directory::RecordedFile;
-use crate::statistics::rounded;
+use crate::statistics::{percentile, rounded};
 use applications::truths;
 use image::{DynamicImage, GrayImage, Rgba, RgbaImage};
 use rayon::prelude::*;
@@ -77,7 +77,7 @@ fn draw_one(
     let techniques = experiment.named(&picture.techniques, &format!("{key}.techniques"))?;
     let maps = Maps::new(experiment, &shot, source, &techniques)?;
     let truth = truths(&shot.view, &shot.rays);
-    let air = Air::new(&shot, lit);
+    let air = Air::new(&shot, lit, &truth);
     let mut columns = vec![air.seen(&shot, &truth)];
     let [width, height] = picture.output;
     for index in techniques {
@@ -120,11 +120,14 @@ struct Air {
     added: Vec<f64>,
 }
 
-/// Share of the brightest lit air in white: pictures of the same view are alike.
-const BRIGHTEST: f64 = 0.9;
+/// Pictures of a view are exposed alike: the air of most pixels stays below this part of white, and so do surfaces, which are
+/// dimmed for it.
+const BRIGHT: f64 = 0.6;
+const MOST: f64 = 0.9;
+const SURFACES: f64 = 0.5;
 
 impl Air {
-    fn new(shot: &Shot<'_>, lit: &LitScene<'_>) -> Self {
+    fn new(shot: &Shot<'_>, lit: &LitScene<'_>, truth: &[f64]) -> Self {
         let visible = |pixel: usize| {
             if shot.frame.triangle[pixel] == NO_TRIANGLE {
                 return 1.0;
@@ -147,11 +150,13 @@ impl Air {
             medium.scattering() * phase * medium.transmitted_length(0.0, ray.length)
         };
         let mut added: Vec<f64> = shot.rays.iter().map(full).collect();
-        let most = added.iter().copied().filter(|value| value.is_finite()).fold(0.0, f64::max);
-        let scale = if most > 0.0 { BRIGHTEST / most } else { 0.0 };
-        added
-            .iter_mut()
-            .for_each(|value| *value = if value.is_finite() { *value * scale } else { BRIGHTEST });
+        let lit_air = added.iter().zip(truth).map(|(added, truth)| added * truth);
+        let mut known: Vec<f64> = lit_air.filter(|value| value.is_finite()).collect();
+        known.sort_by(f64::total_cmp);
+        let bright = percentile(&known, MOST);
+        let scale = if bright > 0.0 { BRIGHT / bright } else { 0.0 };
+        // Without extinction the sky would be infinitely bright.
+        added.iter_mut().for_each(|value| *value = if value.is_finite() { *value * scale } else { 1.0 });
         Self { surfaces, transmitted, added }
     }
 
@@ -161,7 +166,10 @@ impl Air {
             // An answer that is none stays dark; the records count it.
             let share = if shares[i].is_finite() { shares[i] } else { 0.0 };
             let [r, g, b] = [0, 1, 2].map(|k| {
-                encoded(self.transmitted[i] * self.surfaces[i][k] + share * self.added[i] * SUNLIGHT[k])
+                encoded(
+                    SURFACES * self.transmitted[i] * self.surfaces[i][k]
+                        + share * self.added[i] * SUNLIGHT[k],
+                )
             });
             Rgba([r, g, b, 255])
         })

@@ -5,7 +5,7 @@ use super::settings::SingleScatteringExperiment;
 use super::shot::{Maps, Shot, Source, epipole_distance};
 use super::statistics::{Class, Group, LEAST_STEP, Outcome, epipole_class, record, steps_class};
 use super::view::{LitScene, ScatteringScene};
-use super::{aliasing, cost, edges, picture, stability, timing};
+use super::{aliasing, cost, edges, passes, picture, stability, timing};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::fragments::{LoadedScene, chosen};
@@ -112,6 +112,13 @@ impl SingleScatteringExperiment {
             RecordedFile::csv("costs.csv", &cost::records(&plan))?,
             RecordedFile::csv("samples.csv", &samples)?,
         ]);
+        if let Some(timing) = &self.passes {
+            let (frames, gpu) = passes::time(&plan, (&loaded[0], &scenes[0]), timing);
+            files.push(RecordedFile::csv("gpu.csv", &[gpu])?);
+            if !frames.is_empty() {
+                files.push(RecordedFile::csv("frames.csv", &frames)?);
+            }
+        }
         if !drawn.is_empty() {
             files.push(RecordedFile::csv("pictures.csv", &drawn)?);
         }

@@ -54,6 +54,9 @@ pub struct SingleScatteringExperiment {
     pub stability: Option<ScatteringStability>,
     /// What is timed.
     pub timing: ScatteringTiming,
+    /// Passes that are timed where there is a graphics processor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub passes: Option<PassTiming>,
     /// Pictures with error maps.
     #[serde(default)]
     pub picture: Vec<ScatteringPicture>,
@@ -118,6 +121,31 @@ pub struct ScatteringStability {
 pub struct ScatteringTiming {
     /// How often every method is prepared and asked on the first view.
     pub repetitions: usize,
+}
+
+/// Passes on a graphics processor, by sizes of map and output.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PassTiming {
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+    /// Side of the shadow map and of the rectified map.
+    pub map_size: u32,
+    /// Width and height of the output.
+    pub output: [u32; 2],
+    /// Other sides.
+    #[serde(default)]
+    pub map_sizes: Vec<u32>,
+    /// Other outputs.
+    #[serde(default)]
+    pub outputs: Vec<[u32; 2]>,
+    /// Frames a technique and size.
+    pub frames: usize,
+    /// Milliseconds of frames before these.
+    pub warm_up_ms: u64,
+    /// Whether a software driver is timed, too.
+    #[serde(default)]
+    pub software: bool,
 }
 
 /// What a camera sees of a scene in a medium: the truth, then each technique; below, parts magnified.
@@ -209,6 +237,7 @@ impl Settings for SingleScatteringExperiment {
         }
         self.check_aliasing()?;
         self.check_stability()?;
+        self.check_passes()?;
         self.check_pictures()
     }
 
@@ -279,6 +308,23 @@ impl SingleScatteringExperiment {
             format.parse::<NumberFormat>().map_err(|error| {
                 EvaluationError::key(format!("stability.formats[{i}]"), error.to_string())
             })?;
+        }
+        Ok(())
+    }
+
+    fn check_passes(&self) -> Result<(), EvaluationError> {
+        let Some(passes) = &self.passes else { return Ok(()) };
+        self.named(&passes.techniques, "passes.techniques")?;
+        at_least([("passes.frames", passes.frames, 1)])?;
+        for (key, side) in [passes.map_size].iter().chain(&passes.map_sizes).map(|side| ("map_size", *side)) {
+            if !(LEAST_ROWS as u32..=MAX_SIZE).contains(&side) {
+                let reason = format!("passes: {key} = {side} is not between {LEAST_ROWS} and {MAX_SIZE}");
+                return fail(format!("passes.{key}"), reason);
+            }
+        }
+        for output in [passes.output].iter().chain(&passes.outputs) {
+            check_output(*output, &[])
+                .or_else(|reason| fail("passes.output", format!("passes: {reason}")))?;
         }
         Ok(())
     }

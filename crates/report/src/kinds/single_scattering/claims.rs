@@ -132,7 +132,15 @@ fn bias(tables: &ScatteringTables<'_>) -> Measured<String> {
         let share = r.invalid as f64 / r.rays.max(1) as f64;
         format!("{} at {:.1e} ({} invalid)", percent(r.l1_error, 2), r.alpha, percent(share, 2))
     };
-    Ok(format!("Error {}, {}; least {}", words(near), words(low), words(best)))
+    let whole = |role| tables.playing(role, ALL).map(error);
+    Ok(format!(
+        "Over all views {} with 4e-3, {} with 1e-5; on some rays in single precision {}, {}, least {}",
+        whole("six moments")?,
+        whole("six moments, small bias")?,
+        words(near),
+        words(low),
+        words(best)
+    ))
 }
 
 fn ringing(tables: &ScatteringTables<'_>) -> Measured<String> {
@@ -263,8 +271,12 @@ fn times(tables: &ScatteringTables<'_>) -> Measured<String> {
         Ok(of("resample")? + of("prefix")?)
     };
     let (without, with) = (time("six moments")?, time("six moments, filtered")?);
+    let on_gpu = tables.gpu_time(tables.name("six moments")?);
+    let on_gpu = on_gpu.map_or_else(String::new, |time| {
+        format!("; without a filter {time:.2} ms on the graphics processor")
+    });
     Ok(format!(
-        "On one core {without:.0} and {with:.0} ns a texel of the rectified map, {:.2} times (published {PUBLISHED_RATIO:.2} with the look-ups)",
+        "On one core {without:.0} and {with:.0} ns a texel of the rectified map, {:.2} times (published {PUBLISHED_RATIO:.2} with the look-ups){on_gpu}",
         with / without
     ))
 }

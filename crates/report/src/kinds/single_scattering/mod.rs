@@ -2,6 +2,7 @@
 
 mod claims;
 mod figures;
+mod passes;
 mod smallest;
 mod summary;
 mod tables;

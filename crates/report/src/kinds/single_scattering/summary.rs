@@ -4,8 +4,9 @@ use super::smallest;
 use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    AliasingRecord, EdgeRecord, ScatteringCost, ScatteringPictureRecord, ScatteringRecord, ScatteringSample,
-    ScatteringTechnique, ScatteringViewRecord, SingleScatteringExperiment, StoredBiasRecord, with_role,
+    AliasingRecord, EdgeRecord, FrameSample, GpuRecord, ScatteringCost, ScatteringPictureRecord,
+    ScatteringRecord, ScatteringSample, ScatteringTechnique, ScatteringViewRecord,
+    SingleScatteringExperiment, StoredBiasRecord, with_role,
 };
 
 tables! {
@@ -21,6 +22,8 @@ tables! {
         aliasing: AliasingRecord,
         stability: StoredBiasRecord,
         edges: EdgeRecord,
+        frames: FrameSample,
+        gpu: GpuRecord,
     }
 }
 

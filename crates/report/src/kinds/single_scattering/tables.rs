@@ -1,7 +1,7 @@
 //! The tables of a `single-scattering` run, each with a note on how to read it.
 
-use super::smallest;
 use super::summary::{ALL, ScatteringTables};
+use super::{passes, smallest};
 use crate::kinds::rows::distinct;
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{EdgeRecord, ScatteringPicture, ScatteringRecord, StoredBiasRecord};
@@ -20,6 +20,7 @@ pub(super) fn blocks(tables: &ScatteringTables<'_>) -> Vec<Block> {
         edges(tables),
         truth(tables),
         cost(tables),
+        passes::blocks(tables),
     ]
     .concat()
 }
