@@ -282,6 +282,10 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
         ("values = { region = [0.5,", "values = { region = [0.0,", "region = 0 "),
         ("techniques = [\"single precision\"]", "techniques = []", "techniques is empty"),
         ("insets = [[", "insets = [[400, 0, 64], [", "inset [400, 0, 64]"),
+        ("id = \"receiver-stairs\"", "id = \"receiver-stairs\"\noutput = [9, 9]", "is drawn as a chart"),
+        ("region = 27.0", "region = 2700.0", "2700 texels does not fit a map of"),
+        ("map_size = 2048", "map_size = 0", "map size 0"),
+        ("    \"PCSS\", \"PCSS, 9x9\"", "    \"moon\", \"PCSS, 9x9\"", "technique `moon`"),
         ("method = {}", "method = { bound = \"hamburger4\" }", "no percentage-closer method"),
     ];
     refused(&folder, &text, &cases);
@@ -294,6 +298,9 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
     for (i, (old, new, needle)) in [
         ("scenes = [\"stairs\"]", smoke_scene.as_str(), "shadow rays need triangles"),
         ("size = 96", "size = 9", "kernel.size"),
+        ("shape = \"sun:4x4\"", "shape = \"sun:150x4\"", "texels, the map has 96"),
+        ("bound = \"hamburger2\" }", "bound = \"hamburger2\", region = 0.25 }", "the largest region has"),
+        ("width = 5.0", "width = 97.0", "a filter of 97 texels exceeds the map of 96"),
     ]
     .into_iter()
     .enumerate()

@@ -14,6 +14,7 @@ mod frames;
 mod modules;
 mod pairwise;
 mod scattering;
+mod soft_shadow_faults;
 mod soft_shadows;
 
 use std::process::ExitCode;

@@ -216,7 +216,7 @@ fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&str]) -> Res
         let inverse_sines: Vec<f32> = spacing[0].iter().map(|&value| value as f32).collect();
         let uniform = scattering_uniform(&view, &seen.rectification(band)?);
         let words = prefix_words(&technique);
-        let source = faulty(prefix_map_shader(&stored, SIZE).ok_or("no shader")?.text, faults);
+        let source = faulty(prefix_map_shader(&stored, SIZE).ok_or("no shader")?, faults);
         let resources = [
             Resource::Read(bytemuck::cast_slice(&texels)),
             Resource::Write(4 * texels.len() * words),
@@ -259,20 +259,12 @@ fn resample(fault: &str) -> Result<(), Failed> {
         let exact = RectifiedMap::nearest(rectification, &view.light);
         let uniform = scattering_uniform(&view, &rectification);
         let source = faulty(resample_shader(SIZE), &[fault]);
-        // Groups stand in x only: a pass a row would be many.
-        let source =
-            source.replace("id.y", "(id.x / PADDED)").replace("id.x >= COLUMNS", "id.x % PADDED >= COLUMNS");
-        let source = source
-            .replace("f32(id.x)", "f32(id.x % PADDED)")
-            .replace("COLUMNS + id.x", "COLUMNS + id.x % PADDED");
-        let padded = SIZE[0].next_multiple_of(64);
-        let source = format!("const PADDED: u32 = {padded}u;\n{source}");
         let resources = [
             Resource::Depths((seen.map.depths(), SIDE)),
             Resource::Write(16 * exact.texels.len()),
             Resource::Uniform(bytemuck::cast_slice(&uniform)),
         ];
-        let groups = (padded / 64 * SIZE[1]) as u32;
+        let groups = exact.texels.len().div_ceil(64) as u32;
         let found: Vec<[f32; 4]> = compute::run(&[(&source, "resample", groups)], &resources, 1)?;
         let error = |(found, exact): (&[f32; 4], &applications::scattering::RectifiedTexel)| {
             (f64::from(found[0]) - exact.depths[0]).abs()
@@ -325,8 +317,7 @@ fn march(fault: &str) -> Result<(), Failed> {
 fn valid(spec: &TechniqueSpec, blending: Blending) -> Result<(), Failed> {
     let technique = spec.build()?;
     let stored = StoredPrefixes { technique: &technique, blending, margin: 0.0 };
-    let prefix = prefix_map_shader(&stored, SIZE).map(|shader| shader.text);
-    for source in [prefix, look_up_shader(&stored, SIZE)] {
+    for source in [prefix_map_shader(&stored, SIZE), look_up_shader(&stored, SIZE)] {
         Module::new(&source.ok_or("no shader")?)?;
     }
     Module::new(&resample_shader(SIZE))?;
@@ -354,7 +345,7 @@ fn planted_faults() -> Result<(), Failed> {
     for fault in [
         "stored < 1.0=>stored < 0.9",
         "(upper_angle(r, -z)=>(upper_angle(r, z)",
-        "f32(id.x) + 0.5=>f32(id.x)",
+        "f32(index % COLUMNS) + 0.5=>f32(index % COLUMNS)",
     ] {
         if resample(fault).is_ok() {
             return Err(format!("resampling: the comparison missed `{fault}`").into());

@@ -26,8 +26,8 @@ pub use kinds::bounds::{
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
 };
 pub use kinds::filterable::{
-    AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
-    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, map_name,
+    AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableTechnique,
+    FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, map_name,
 };
 pub use kinds::quantization::{
     BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
@@ -38,20 +38,19 @@ pub use kinds::search::{
     SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::single_scattering::{
-    AliasingRecord, AliasingSetting, COPIED_BYTES, EdgeRecord, MediumSetting, PassTiming, ScatteringCost,
+    AliasingRecord, AliasingSetting, COPIED_BYTES, EdgeRecord, MediumSetting, ScatteringCost,
     ScatteringMethod, ScatteringPicture, ScatteringPictureRecord, ScatteringRecord, ScatteringSample,
     ScatteringStability, ScatteringTechnique, ScatteringTiming, ScatteringViewRecord,
     SingleScatteringExperiment, Standpoint, StandpointSetting, StoredBiasRecord,
 };
 pub use kinds::soft_shadows::{
-    Corners, LightSetting, MethodSetting, Population, Precision, ReceiverPicture, ReceiverRecord,
-    ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftSample,
-    SoftShadowsExperiment, SoftTechnique, SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues,
-    TruthSetting,
+    Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,
+    ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment,
+    SoftTechnique, SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues, TruthSetting,
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, Nothing, OrderSetting, OrderShare,
+    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
     PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
@@ -68,6 +67,7 @@ pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use shards::Shard;
 pub use statistics::NOTHING;
+pub use timing::{GpuRecord, TimedSample};
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

@@ -5,12 +5,13 @@
 @group(0) @binding(2) var<uniform> view: Scattering;
 
 @compute @workgroup_size(64)
-fn resample(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= COLUMNS || id.y >= ROWS {
+fn resample(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let index = id.y * groups.x * 64u + id.x;
+    if index >= COLUMNS * ROWS {
         return;
     }
-    let r = (f32(id.x) + 0.5) * view.column_width;
-    let direction = sine_cosine(view.phi_start + (f32(id.y) + 0.5) / view.rows_per_radian);
+    let r = (f32(index % COLUMNS) + 0.5) * view.column_width;
+    let direction = sine_cosine(view.phi_start + (f32(index / COLUMNS) + 0.5) / view.rows_per_radian);
     let at = floor(view.origin + r * vec2<f32>(direction.y, direction.x) * view.scale);
     let size = vec2<f32>(textureDimensions(depths));
     var depth = 1.0;
@@ -20,5 +21,5 @@ fn resample(@builtin(global_invocation_id) id: vec3<u32>) {
             depth = clamp_unit(rectified_depth(view, r, view.near + stored * view.range));
         }
     }
-    texels[id.y * COLUMNS + id.x] = vec4<f32>(depth, depth, 1.0, 0.0);
+    texels[index] = vec4<f32>(depth, depth, 1.0, 0.0);
 }

@@ -62,23 +62,14 @@ fn values_a_word(format: NumberFormat) -> usize {
     }
 }
 
-/// Resamples a shadow map of any size without a filter. Entry point `resample`, 64 columns a group in x, a row in y.
+/// Resamples a shadow map of any size without a filter. Entry point `resample`, 64 texels a group.
 pub fn resample_shader(size: [usize; 2]) -> String {
     joined(&of_size(size), &[ELEMENTARY, RECTIFIED, RESAMPLE])
 }
 
-/// A module whose groups have so many threads, as workgroup memory allows.
-#[derive(Clone, Debug)]
-pub struct PrefixShader {
-    /// WGSL.
-    pub text: String,
-    /// Threads of a group, which is a row.
-    pub threads: u32,
-}
-
 /// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats and
 /// margins that it does not know.
-pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<PrefixShader> {
+pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
     let technique = stored.technique;
     let [quantise, _] = technique.transform_wgsl();
     // A power of two of rows of sums fits.
@@ -87,8 +78,7 @@ pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Optio
     let constants = of_size(size) + &count("THREADS", threads);
     let functions = functions(stored)?;
     let store = words(technique, true)?;
-    let text = joined(&constants, &[&functions, RECTIFIED, &quantise, PREFIX_MAP, &store]);
-    Some(PrefixShader { text, threads: threads as u32 })
+    Some(joined(&constants, &[&functions, RECTIFIED, &quantise, PREFIX_MAP, &store]))
 }
 
 /// Looks rays up. Entry point `look_up`, 64 rays a group. `None` as for [`prefix_map_shader`].

@@ -187,7 +187,7 @@ fn median_gradient(stack: &ShadowMapStack) -> f64 {
 
 /// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own. Under a local
 /// light texels grow with the distance; the one in the middle counts.
-fn texel_depth(frame: &LightFrame) -> f64 {
+pub(crate) fn texel_depth(frame: &LightFrame) -> f64 {
     let [x, y] = frame.texels_per_unit;
     let side = 1.0 / (x * y).sqrt();
     let growth = frame.eye.map_or(1.0, |_| (frame.near + 0.5 * frame.depth_range) / frame.near);

@@ -3,19 +3,18 @@
 mod bound_chart;
 mod canvas;
 mod chart;
-mod curves;
 mod dots;
 mod error_sheet;
 mod hover;
 mod kernel;
 mod palette;
+mod series;
 
 pub use bound_chart::{BoundChart, BoundCurve};
 pub(crate) use canvas::{
     Area, Drawn, F_STROKE, FINE, LEGEND_ROW, Stroke, anchored, font, legend, line, mesh, power_of_ten, svg,
 };
 pub(crate) use chart::{Arrow, Chart, Curve, DEPTH_LABEL, INTENSITY_LABEL};
-pub(crate) use curves::{CurveChart, Tried};
 pub(crate) use dots::{DotChart, DotRow};
 pub(crate) use error_sheet::{ErrorColours, error_sheet};
 pub(crate) use hover::{around, escaped, grid, spot};
@@ -23,3 +22,4 @@ pub(crate) use kernel::{Outlined, TITLE, WIDTH, beside_charts, draw_title};
 pub(crate) use palette::{
     BLACK, BLUE, CURVE_COLOURS, GREEN, GRID, ORANGE, PURPLE, SKY_BLUE, VERMILLION, css,
 };
+pub(crate) use series::{Series, SeriesChart, SeriesPoint};

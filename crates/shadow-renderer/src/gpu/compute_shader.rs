@@ -40,25 +40,31 @@ impl ComputeShader {
         resources: &[Resource<'_>],
         groups: [u32; 2],
     ) -> Result<(), DeviceError> {
-        self.dispatch_timed(gpu, encoder, resources, groups, None)
+        self.run(encoder, &self.bound(gpu, resources)?, groups, None);
+        Ok(())
     }
 
-    /// The same between timestamps.
-    pub(super) fn dispatch_timed(
+    /// What the shader uses of some resources.
+    pub(super) fn bound(
         &self,
         gpu: &GraphicsDevice,
-        encoder: &mut wgpu::CommandEncoder,
         resources: &[Resource<'_>],
+    ) -> Result<wgpu::BindGroup, DeviceError> {
+        bind(gpu, &self.pipeline.get_bind_group_layout(0), &[&self.entry_point], resources)
+    }
+
+    /// Runs so many workgroups on bound resources.
+    pub(super) fn run(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        bound: &wgpu::BindGroup,
         [x, y]: [u32; 2],
         timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
-    ) -> Result<(), DeviceError> {
-        let layout = self.pipeline.get_bind_group_layout(0);
-        let group = bind(gpu, &layout, &[&self.entry_point], resources)?;
+    ) {
         let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
         let mut pass = encoder.begin_compute_pass(&descriptor);
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
+        pass.set_bind_group(0, bound, &[]);
         pass.dispatch_workgroups(x, y, 1);
-        Ok(())
     }
 }

@@ -23,11 +23,11 @@ mod view;
 pub use method::ScatteringMethod;
 pub use passes::COPIED_BYTES;
 pub use records::{
-    AliasingRecord, EdgeRecord, ScatteringCost, ScatteringPictureRecord, ScatteringRecord, ScatteringSample,
+    AliasingRecord, EdgeRecord, ScatteringCost, ScatteringPictureRecord, ScatteringRecord,
     ScatteringViewRecord, StoredBiasRecord,
 };
 pub use settings::{
-    AliasingSetting, MediumSetting, PassTiming, ScatteringPicture, ScatteringStability, ScatteringTechnique,
-    ScatteringTiming, SingleScatteringExperiment,
+    AliasingSetting, MediumSetting, ScatteringPasses, ScatteringPicture, ScatteringStability,
+    ScatteringTechnique, ScatteringTiming, SingleScatteringExperiment,
 };
 pub use standpoint::{Standpoint, StandpointSetting};

@@ -3,18 +3,19 @@
 //! and nothing else; gpu.csv says what it was.
 
 use super::run::Plan;
-use super::settings::PassTiming;
+use super::settings::ScatteringPasses;
 use super::shot::Shot;
-use super::view::ScatteringScene;
+use super::view::{LitScene, ScatteringScene};
 use crate::error::EvaluationError;
 use crate::fragments::LoadedScene;
-use crate::kinds::speed_accuracy::{FrameSample, GpuRecord};
+use crate::kinds::speed_accuracy::FrameSample;
+use crate::timing::GpuRecord;
 use applications::scattering::{
     Rectification, RectifiedMap, Spacing, StoredPrefixes, ViewRay, look_up_shader, march_shader,
     prefix_map_shader, prefix_words, resample_shader, scattering_uniform,
 };
-use graphics_device::{DeviceError, GraphicsDevice};
-use shadow_renderer::{BINDING_BYTES, ComputeInput, ComputePass, compute_times};
+use graphics_device::DeviceError;
+use shadow_renderer::{ComputeChain, ComputePass, Content, WHOLE_FRAME};
 use std::time::Duration;
 
 /// Reads and writes every word of a buffer: what the card can move.
@@ -39,7 +40,7 @@ struct Point {
     output: [u32; 2],
 }
 
-impl PassTiming {
+impl ScatteringPasses {
     /// The middle of everything, then each parameter on its own.
     fn points(&self) -> Vec<Point> {
         let first = Point { map_size: self.map_size, output: self.output };
@@ -60,14 +61,23 @@ struct Timed<'a> {
     format: String,
     at: Point,
     passes: &'a [ComputePass<'a>],
-    inputs: &'a [(&'a str, ComputeInput<'a>)],
+    /// What its passes share with no others.
+    own: &'a [(&'a str, Content<'a>)],
+}
+
+/// The device with what was found.
+struct Bench<'a> {
+    chain: ComputeChain,
+    timing: &'a ScatteringPasses,
+    samples: &'a mut Vec<FrameSample>,
+    gpu: &'a mut GpuRecord,
 }
 
 /// Rows of frames.csv and gpu.csv, on the first view.
 pub(super) fn time(
     plan: &Plan<'_>,
     (loaded, scene): (&LoadedScene<'_>, &ScatteringScene<'_>),
-    timing: &PassTiming,
+    timing: &ScatteringPasses,
 ) -> (Vec<FrameSample>, GpuRecord) {
     let (mut samples, mut gpu) = (Vec::new(), GpuRecord::default());
     gpu.status = match timed(plan, (loaded, scene), timing, (&mut samples, &mut gpu)) {
@@ -81,155 +91,131 @@ pub(super) fn time(
 fn timed(
     plan: &Plan<'_>,
     (loaded, scene): (&LoadedScene<'_>, &ScatteringScene<'_>),
-    timing: &PassTiming,
+    timing: &ScatteringPasses,
     (samples, gpu): (&mut Vec<FrameSample>, &mut GpuRecord),
 ) -> Result<(), String> {
-    let adapter = &GraphicsDevice::shared().map_err(|error| format!("not timed: {error}"))?.name;
-    gpu.adapter = adapter.name.clone();
-    gpu.device_type = adapter.device_type.clone();
-    gpu.driver = adapter.driver.clone();
-    gpu.api = adapter.api.clone();
-    if adapter.device_type == "Cpu" && !timing.software {
+    let chain = ComputeChain::open().map_err(|error| format!("not timed: {error}"))?;
+    *gpu = GpuRecord::of(chain.adapter());
+    if gpu.is_software() && !timing.software {
         return Err("not timed: only a software driver".to_owned());
     }
+    let mut bench = Bench { chain, timing, samples, gpu };
     let bytes = vec![1u8; COPIED];
     for at in timing.points() {
-        let copy =
-            ComputePass { name: "copy", source: COPY, entry: "copy", threads: [(COPIED / 16) as u32, 1] };
-        let inputs =
-            [("source", ComputeInput::Bytes(&bytes)), ("copied", ComputeInput::Empty(COPIED as u64))];
+        let groups = (COPIED / 16 / GROUP) as u32;
+        let copy = ComputePass { name: "copy", source: COPY, entry: "copy", groups };
+        let own = [("source", Content::Bytes(&bytes)), ("copied", Content::Empty(COPIED as u64))];
         let format = "bytes".to_owned();
-        let copied = Timed { technique: COPIED_BYTES, format, at, passes: &[copy], inputs: &inputs };
-        measure(&copied, timing, (samples, gpu))?;
-        at_sizes(plan, (loaded, scene), at, timing, (samples, gpu))?;
+        bench.measure(&Timed { technique: COPIED_BYTES, format, at, passes: &[copy], own: &own })?;
+        bench.at_sizes(plan, (loaded, scene), at)?;
     }
     Ok(())
 }
 
-/// All techniques at one size.
-fn at_sizes(
-    plan: &Plan<'_>,
-    (loaded, scene): (&LoadedScene<'_>, &ScatteringScene<'_>),
-    at: Point,
-    timing: &PassTiming,
-    (samples, gpu): (&mut Vec<FrameSample>, &mut GpuRecord),
-) -> Result<(), String> {
-    let stop = |error: EvaluationError| format!("stopped: {error}");
-    let experiment = plan.experiment;
-    let Some(light) = scene.lights.first() else { return Ok(()) };
-    let maps = (at.map_size, &plan.kernel, &plan.source);
-    let lit = super::view::LitScene::new(loaded, scene, light, maps).map_err(stop)?;
-    let Some(setting) = experiment.standpoint.iter().find(|setting| setting.is_in(scene.label)) else {
-        return Ok(());
-    };
-    let camera = setting.camera(scene.scene, &scene.extent, lit.axes.light);
-    let shot = Shot::new(&lit, camera, at.output, (&plan.noise, 0)).map_err(stop)?;
-    let size = [at.map_size as usize; 2];
-    let rectification = Rectification::new(&shot.frustum, shot.view.axes, size, experiment.guard_band)
-        .map_err(|error| format!("stopped: {error}"))?;
-    let rectified = RectifiedMap::nearest(rectification, &shot.view.light);
-    let spacing = Spacing::default().inverse_sines(&rectified, &shot.frustum, &shot.view, &shot.rays);
-    let inverse_sines: Vec<u8> =
-        spacing.iter().flatten().flat_map(|&value| (value as f32).to_le_bytes()).collect();
-    let uniform: Vec<u8> =
-        scattering_uniform(&shot.view, &rectification).iter().flat_map(|value| value.to_le_bytes()).collect();
-    let rays = |last: &dyn Fn(&ViewRay) -> f64| -> Vec<u8> {
-        let of = |ray: &ViewRay| {
-            let [x, y, z] = shot.view.axes.direction(ray.direction);
-            [x, y, z, last(ray)].map(|value| (value as f32).to_le_bytes()).concat()
-        };
-        shot.rays.iter().flat_map(of).collect()
-    };
-    let lengths = rays(&|ray| if ray.length.is_finite() { ray.length } else { -1.0 });
-    let ends = rays(&|ray| shot.view.end(ray));
-    let noise: Vec<u8> = shot.rays.iter().flat_map(|ray| (ray.noise as f32).to_le_bytes()).collect();
-    let depths = ComputeInput::Depths(shot.view.light.map.depths(), at.map_size);
-    let texels = u64::from(at.map_size).pow(2);
-    let pixels = shot.rays.len() as u32;
-    let shares = ComputeInput::Empty(4 * u64::from(pixels));
-    let resample = resample_shader(size);
-    for name in &timing.techniques {
-        let Some(index) = experiment.technique.iter().position(|technique| technique.name == *name) else {
-            continue;
-        };
-        let method = &experiment.technique[index].method;
-        if let Some(steps) = method.steps {
-            let march = march_shader(steps);
-            let pass = ComputePass { name: "march", source: &march, entry: "march", threads: [pixels, 1] };
-            let inputs = [
-                ("depths", depths),
-                ("rays", ComputeInput::Bytes(&ends)),
-                ("shares", shares),
-                ("view", ComputeInput::Uniform(&uniform)),
-                ("noise", ComputeInput::Bytes(&noise)),
-            ];
-            let of =
-                Timed { technique: name, format: "depth".to_owned(), at, passes: &[pass], inputs: &inputs };
-            measure(&of, timing, (samples, gpu))?;
-            continue;
-        }
-        let Some(technique) = plan.techniques[index].as_ref() else { continue };
-        let stored = StoredPrefixes { technique, blending: method.blending(), margin: method.margin };
-        let (Some(prefix), Some(look_up)) = (prefix_map_shader(&stored, size), look_up_shader(&stored, size))
-        else {
-            gpu.skipped += 1;
-            gpu.last_skipped = format!("{name}: no shader");
-            continue;
-        };
-        let map_bytes = 4 * texels * prefix_words(technique) as u64;
-        if map_bytes.max(16 * texels).max(lengths.len() as u64) > BINDING_BYTES {
-            gpu.skipped += 1;
-            gpu.last_skipped = format!("{name}: a map of {} exceeds {BINDING_BYTES} bytes", at.map_size);
-            continue;
-        }
-        let inputs = [
-            ("depths", depths),
-            ("texels", ComputeInput::Empty(16 * texels)),
-            ("stored", ComputeInput::Empty(map_bytes)),
-            ("inverse_sines", ComputeInput::Bytes(&inverse_sines)),
-            ("rays", ComputeInput::Bytes(&lengths)),
-            ("shares", shares),
-            ("view", ComputeInput::Uniform(&uniform)),
-        ];
-        // A group a row: its threads are those of the shader.
-        let passes = [
-            ComputePass { name: "resample", source: &resample, entry: "resample", threads: [at.map_size; 2] },
-            ComputePass {
-                name: "prefix sums",
-                source: &prefix.text,
-                entry: "prefix",
-                threads: [at.map_size * prefix.threads, 1],
-            },
-            ComputePass { name: "look up", source: &look_up, entry: "look_up", threads: [pixels, 1] },
-        ];
-        let format = technique.encoding().format().name();
-        measure(
-            &Timed { technique: name, format, at, passes: &passes, inputs: &inputs },
-            timing,
-            (samples, gpu),
-        )?;
-    }
-    Ok(())
-}
+/// Threads of a group.
+const GROUP: usize = 64;
 
-fn measure(
-    of: &Timed<'_>,
-    timing: &PassTiming,
-    (samples, gpu): (&mut Vec<FrameSample>, &mut GpuRecord),
-) -> Result<(), String> {
-    let warm_up = Duration::from_millis(timing.warm_up_ms);
-    let times = match compute_times(of.passes, of.inputs, warm_up, timing.frames) {
-        Ok(times) => times,
-        Err(error @ DeviceError::Lost(_)) => return Err(format!("stopped: {error}")),
-        Err(error) => {
-            gpu.skipped += 1;
-            gpu.last_skipped = format!("{}: {error}", of.technique);
+impl Bench<'_> {
+    /// All techniques at one size.
+    fn at_sizes(
+        &mut self,
+        plan: &Plan<'_>,
+        (loaded, scene): (&LoadedScene<'_>, &ScatteringScene<'_>),
+        at: Point,
+    ) -> Result<(), String> {
+        let stop = |error: EvaluationError| format!("stopped: {error}");
+        let lost = |error: DeviceError| format!("stopped: {error}");
+        let experiment = plan.experiment;
+        let Some(light) = scene.lights.first() else { return Ok(()) };
+        let maps = (at.map_size, &plan.kernel, &plan.source);
+        let lit = LitScene::new(loaded, scene, light, maps).map_err(stop)?;
+        let Some(setting) = experiment.standpoint.iter().find(|setting| setting.is_in(scene.label)) else {
             return Ok(());
+        };
+        let camera = setting.camera(scene.scene, &scene.extent, lit.axes.light);
+        let shot = Shot::new(&lit, camera, at.output, (&plan.noise, 0)).map_err(stop)?;
+        let size = [at.map_size as usize; 2];
+        let rectification = Rectification::new(&shot.frustum, shot.view.axes, size, experiment.guard_band)
+            .map_err(|error| format!("stopped: {error}"))?;
+        let rectified = RectifiedMap::nearest(rectification, &shot.view.light);
+        let spacing = Spacing::default().inverse_sines(&rectified, &shot.frustum, &shot.view, &shot.rays);
+        let inverse_sines = single(spacing.iter().flatten().copied());
+        let uniform = scattering_uniform(&shot.view, &rectification);
+        let uniform = single(uniform.iter().map(|&value| f64::from(value)));
+        let rays = |last: &dyn Fn(&ViewRay) -> f64| {
+            let of = |ray: &ViewRay| {
+                let [x, y, z] = shot.view.axes.direction(ray.direction);
+                [x, y, z, last(ray)]
+            };
+            single(shot.rays.iter().flat_map(of))
+        };
+        let lengths = rays(&|ray| if ray.length.is_finite() { ray.length } else { -1.0 });
+        let ends = rays(&|ray| shot.view.end(ray));
+        let noise = single(shot.rays.iter().map(|ray| ray.noise));
+        let texels = u64::from(at.map_size).pow(2);
+        let pixels = shot.rays.len();
+        for (name, content) in [
+            ("depths", Content::Depths { depths: shot.view.light.map.depths(), width: at.map_size }),
+            ("texels", Content::Empty(16 * texels)),
+            ("inverse_sines", Content::Bytes(&inverse_sines)),
+            ("noise", Content::Bytes(&noise)),
+            ("shares", Content::Empty(4 * pixels as u64)),
+            ("view", Content::Uniform(&uniform)),
+        ] {
+            self.chain.put(name, content).map_err(lost)?;
         }
-    };
-    for pass in times {
-        for (frame, time) in pass.times.iter().enumerate() {
-            samples.push(FrameSample {
+        let groups = pixels.div_ceil(GROUP) as u32;
+        let resample = resample_shader(size);
+        let timing = self.timing;
+        for index in experiment.named(&timing.techniques, "passes.techniques").map_err(stop)? {
+            let name = experiment.technique[index].name.as_str();
+            let method = &experiment.technique[index].method;
+            if let Some(steps) = method.steps {
+                let march = march_shader(steps);
+                let pass = ComputePass { name: "march", source: &march, entry: "march", groups };
+                let own = [("rays", Content::Bytes(&ends))];
+                let format = "depth".to_owned();
+                self.measure(&Timed { technique: name, format, at, passes: &[pass], own: &own })?;
+                continue;
+            }
+            let Some(technique) = plan.techniques[index].as_ref() else { continue };
+            let stored = StoredPrefixes { technique, blending: method.blending(), margin: method.margin };
+            let (Some(prefix), Some(look_up)) =
+                (prefix_map_shader(&stored, size), look_up_shader(&stored, size))
+            else {
+                self.gpu.skipped += 1;
+                self.gpu.last_skipped = format!("{name}: no shader");
+                continue;
+            };
+            let map_bytes = 4 * texels * prefix_words(technique) as u64;
+            let own = [("stored", Content::Empty(map_bytes)), ("rays", Content::Bytes(&lengths))];
+            let of_texels = texels.div_ceil(GROUP as u64) as u32;
+            let passes = [
+                ComputePass { name: "resample", source: &resample, entry: "resample", groups: of_texels },
+                ComputePass { name: "prefix sums", source: &prefix, entry: "prefix", groups: at.map_size },
+                ComputePass { name: "look up", source: &look_up, entry: "look_up", groups },
+            ];
+            let format = technique.encoding().format().name();
+            self.measure(&Timed { technique: name, format, at, passes: &passes, own: &own })?;
+        }
+        Ok(())
+    }
+
+    fn measure(&mut self, of: &Timed<'_>) -> Result<(), String> {
+        let warm_up = Duration::from_millis(self.timing.warm_up_ms);
+        let put = of.own.iter().try_for_each(|&(name, content)| self.chain.put(name, content));
+        let times = match put.and_then(|()| self.chain.time(of.passes, warm_up, self.timing.frames)) {
+            Ok(times) => times,
+            Err(error @ DeviceError::Lost(_)) => return Err(format!("stopped: {error}")),
+            // Others may still work, for example with a smaller map.
+            Err(error) => {
+                self.gpu.skipped += 1;
+                self.gpu.last_skipped = format!("{} at {}^2: {error}", of.technique, of.at.map_size);
+                return Ok(());
+            }
+        };
+        for pass in times.iter().filter(|pass| pass.pass != WHOLE_FRAME) {
+            self.samples.extend(pass.times.iter().enumerate().map(|(frame, time)| FrameSample {
                 technique: of.technique.to_owned(),
                 format: of.format.clone(),
                 map_size: of.at.map_size,
@@ -239,8 +225,13 @@ fn measure(
                 pass: pass.pass.to_owned(),
                 frame,
                 time_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
-            });
+            }));
         }
+        Ok(())
     }
-    Ok(())
+}
+
+/// Bytes of single floats, as shaders read them.
+fn single(values: impl Iterator<Item = f64>) -> Vec<u8> {
+    values.flat_map(|value| (value as f32).to_le_bytes()).collect()
 }

@@ -188,21 +188,6 @@ pub struct EdgeRecord {
     pub failed: usize,
 }
 
-/// One row of samples.csv: a timing on one thread.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct ScatteringSample {
-    /// Technique.
-    pub technique: String,
-    /// `resample`, `prefix`, `look up`, `march`, `walk` (the truth of the map) or `rays` (that of the geometry).
-    pub stage: String,
-    /// Texels, view rays or shadow rays.
-    pub items: usize,
-    /// Counts from 0.
-    pub repetition: usize,
-    /// Wall-clock nanoseconds for all items.
-    pub time_ns: u64,
-}
-
 /// One row of pictures.csv: a technique in a picture.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct ScatteringPictureRecord {

@@ -56,7 +56,7 @@ pub struct SingleScatteringExperiment {
     pub timing: ScatteringTiming,
     /// Passes that are timed where there is a graphics processor.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub passes: Option<PassTiming>,
+    pub passes: Option<ScatteringPasses>,
     /// Pictures with error maps.
     #[serde(default)]
     pub picture: Vec<ScatteringPicture>,
@@ -126,7 +126,7 @@ pub struct ScatteringTiming {
 /// Passes on a graphics processor, by sizes of map and output.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
-pub struct PassTiming {
+pub struct ScatteringPasses {
     /// Names of techniques.
     pub techniques: Vec<String>,
     /// Side of the shadow map and of the rectified map.
@@ -142,6 +142,7 @@ pub struct PassTiming {
     /// Frames a technique and size.
     pub frames: usize,
     /// Milliseconds of frames before these.
+    #[serde(default)]
     pub warm_up_ms: u64,
     /// Whether a software driver is timed, too.
     #[serde(default)]

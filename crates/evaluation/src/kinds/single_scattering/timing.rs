@@ -1,12 +1,11 @@
 //! Timings on one thread of the first camera.
 
-use super::records::ScatteringSample;
 use super::run::Plan;
 use super::shot::{Maps, Shot, Source};
 use super::view::ScatteringScene;
 use crate::error::EvaluationError;
 use crate::fragments::spread;
-use crate::timing::alone;
+use crate::timing::{TimedSample, alone};
 use applications::Application;
 use applications::scattering::ViewRay;
 use std::hint::black_box;
@@ -18,7 +17,7 @@ pub(super) fn time(
     scene: &ScatteringScene<'_>,
     shot: &Shot<'_>,
     source: &Source<'_>,
-) -> Result<Vec<ScatteringSample>, EvaluationError> {
+) -> Result<Vec<TimedSample>, EvaluationError> {
     let experiment = plan.experiment;
     let texels = experiment.rectified[0] * experiment.rectified[1];
     let places = spread(shot.rays.len(), experiment.scenery.fragments.max(1));
@@ -27,13 +26,7 @@ pub(super) fn time(
         let mut samples = Vec::new();
         for repetition in 0..experiment.timing.repetitions {
             let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
-                samples.push(ScatteringSample {
-                    technique: technique.to_owned(),
-                    stage: stage.to_owned(),
-                    items,
-                    repetition,
-                    time_ns: u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX),
-                });
+                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
             };
             let begin = Instant::now();
             for ray in &rays {

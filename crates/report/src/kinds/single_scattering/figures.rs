@@ -1,7 +1,7 @@
 //! The figures of a `single-scattering` run: errors, complexity, cost, moment biases, sheets of error maps.
 
 use super::summary::{ALL, ScatteringTables};
-use crate::drawing::{CurveChart, DotChart, DotRow, ErrorColours, Tried, error_sheet, svg};
+use crate::drawing::{DotChart, DotRow, ErrorColours, Series, SeriesChart, SeriesPoint, error_sheet, svg};
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
 use crate::page::{Drawing, percent};
@@ -63,6 +63,13 @@ fn errors(tables: &ScatteringTables<'_>) -> Result<Option<Drawing>, ReportError>
 const COMPARED: [&str; 6] =
     ["two moments", "four moments", "six moments", "eight moments", "convolution", "32 samples"];
 
+/// Errors over a logarithmic axis.
+fn chart(id: &str, title: &str, x_label: &str, curves: &[Series]) -> Result<String, ReportError> {
+    let chart =
+        SeriesChart { title, x_label, y_label: "mean |method - truth|", y_tick: &|error| percent(*error, 1) };
+    svg(id, CHART, |root| chart.draw(root, curves))
+}
+
 fn by_class(tables: &ScatteringTables<'_>, group: &str, x: &str) -> Result<Option<Drawing>, ReportError> {
     let of_group = tables.records.iter().filter(|r| r.scene == "all" && r.group == group);
     let classes = distinct(of_group.map(|r| r.class.as_str()));
@@ -70,25 +77,24 @@ fn by_class(tables: &ScatteringTables<'_>, group: &str, x: &str) -> Result<Optio
         let name = &with_role(&tables.experiment.technique, role)?.name;
         let point = |(n, class): (usize, &&str)| {
             let row = tables.pooled(name, (group, class))?;
-            Some(Tried {
+            Some(SeriesPoint {
                 // Classes stand at equal distances on an axis of powers.
-                place: 2f64.powi(n as i32),
+                x: 2f64.powi(n as i32),
                 tick: (*class).to_owned(),
-                value: row.l1_error,
+                y: row.l1_error,
                 label: format!("{name}, {class}: {}", percent(row.l1_error, 2)),
             })
         };
-        let points: Vec<Tried> = classes.iter().enumerate().filter_map(point).collect();
-        (!points.is_empty()).then(|| (name.clone(), points))
+        let points: Vec<SeriesPoint> = classes.iter().enumerate().filter_map(point).collect();
+        (!points.is_empty()).then(|| Series { name: name.clone(), points })
     };
-    let curves: Vec<(String, Vec<Tried>)> = COMPARED.iter().filter_map(curve).collect();
+    let curves: Vec<Series> = COMPARED.iter().filter_map(curve).collect();
     if classes.len() < 2 || curves.is_empty() {
         return Ok(None);
     }
     let title = format!("Error by {x} (less is better)");
     let id = format!("by-{group}");
-    let chart = CurveChart { title: &title, x, y: "mean |method - truth|", curves };
-    let picture = svg(&id, CHART, |root| chart.draw(root))?;
+    let picture = chart(&id, &title, x, &curves)?;
     Ok(Some(Drawing::new(id, title, picture)))
 }
 
@@ -100,14 +106,14 @@ fn by_cost(tables: &ScatteringTables<'_>) -> Result<Option<Drawing>, ReportError
         let point = |cost: &&ScatteringCost| {
             let row = tables.pooled(&cost.technique, ALL)?;
             let words = format!("{}: {} at {:.0} MB", cost.technique, percent(row.l1_error, 2), cost.total);
-            Some(Tried {
-                place: cost.total,
+            Some(SeriesPoint {
+                x: cost.total,
                 tick: format!("{:.0}", cost.total),
-                value: row.l1_error,
+                y: row.l1_error,
                 label: words,
             })
         };
-        (name.to_owned(), costs.iter().filter_map(point).collect::<Vec<Tried>>())
+        Series { name: name.to_owned(), points: costs.iter().filter_map(point).collect() }
     };
     let playing = |roles: &[&str]| {
         let names = roles.iter().filter_map(|role| with_role(&tables.experiment.technique, role));
@@ -125,24 +131,18 @@ fn by_cost(tables: &ScatteringTables<'_>) -> Result<Option<Drawing>, ReportError
         points(playing(&["convolution"]), "convolution"),
         points(playing(&["six moments, filtered"]), "six moments, filtered"),
     ];
-    curves.retain(|(_, points)| !points.is_empty());
+    curves.retain(|series| !series.points.is_empty());
     // Ticks of neighbours would overlap: those of the samples stay.
-    for (_, points) in curves.iter_mut().filter(|(name, _)| name != "samples a ray") {
-        points.iter_mut().for_each(|point| point.tick.clear());
+    for series in curves.iter_mut().filter(|series| series.name != "samples a ray") {
+        series.points.iter_mut().for_each(|point| point.tick.clear());
     }
-    if curves.iter().map(|(_, points)| points.len()).sum::<usize>() < 2 {
+    if curves.iter().map(|series| series.points.len()).sum::<usize>() < 2 {
         return Ok(None);
     }
     let [width, height, side] = tables.experiment.frame;
     let title =
         format!("Error by modelled cost, {width}x{height}, maps of {side}² (left and down is better)");
-    let chart = CurveChart {
-        title: &title,
-        x: "modelled cost of a frame, megabytes",
-        y: "mean |method - truth|",
-        curves,
-    };
-    let picture = svg("cost", CHART, |root| chart.draw(root))?;
+    let picture = chart("cost", &title, "modelled cost of a frame, megabytes", &curves)?;
     Ok(Some(Drawing::new("cost", title, picture)))
 }
 
@@ -155,25 +155,26 @@ fn by_bias(tables: &ScatteringTables<'_>) -> Result<Vec<Drawing>, ReportError> {
             let point = |row: &evaluation::StoredBiasRecord| {
                 let decade = row.alpha.log10();
                 let is_tick = (decade - decade.round()).abs() < 1e-6;
-                Tried {
-                    place: row.alpha,
+                SeriesPoint {
+                    x: row.alpha,
                     tick: if is_tick { format!("1e{:.0}", decade.round()) } else { String::new() },
-                    value: row.l1_error,
+                    y: row.l1_error,
                     label: format!("{format} at {:.1e}: {}", row.alpha, percent(row.l1_error, 2)),
                 }
             };
-            (format.to_owned(), rows().filter(|r| r.format == format).map(point).collect())
+            Series {
+                name: format.to_owned(),
+                points: rows().filter(|r| r.format == format).map(point).collect(),
+            }
         };
-        let curves: Vec<(String, Vec<Tried>)> =
+        let curves: Vec<Series> =
             distinct(rows().map(|r| r.format.as_str())).into_iter().map(curve).collect();
-        if curves.iter().all(|(_, points)| points.len() < 2) {
+        if curves.iter().all(|series| series.points.len() < 2) {
             continue;
         }
         let id = format!("bias-{bound}");
         let title = format!("Error by moment bias, {bound} (less is better)");
-        let chart =
-            CurveChart { title: &title, x: "alpha, the moment bias", y: "mean |method - truth|", curves };
-        let picture = svg(&id, CHART, |root| chart.draw(root))?;
+        let picture = chart(&id, &title, "alpha, the moment bias", &curves)?;
         drawings.push(Drawing::new(id, title, picture));
     }
     Ok(drawings)

@@ -29,7 +29,7 @@ impl ScatteringTables<'_> {
 
     /// Time of all passes of a technique at the first sizes, in milliseconds.
     pub(super) fn gpu_time(&self, technique: &str) -> Option<f64> {
-        self.gpu.first().filter(|gpu| gpu.device_type != "Cpu")?;
+        self.gpu.first().filter(|gpu| !gpu.is_software())?;
         let at = *self.sizes().first()?;
         let passes =
             distinct(self.frames.iter().filter(|s| s.technique == technique).map(|s| s.pass.as_str()));

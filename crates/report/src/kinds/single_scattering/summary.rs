@@ -5,8 +5,8 @@ use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
     AliasingRecord, EdgeRecord, FrameSample, GpuRecord, ScatteringCost, ScatteringPictureRecord,
-    ScatteringRecord, ScatteringSample, ScatteringTechnique, ScatteringViewRecord,
-    SingleScatteringExperiment, StoredBiasRecord, with_role,
+    ScatteringRecord, ScatteringTechnique, ScatteringViewRecord, SingleScatteringExperiment,
+    StoredBiasRecord, TimedSample, with_role,
 };
 
 tables! {
@@ -15,7 +15,7 @@ tables! {
         records: ScatteringRecord,
         views: ScatteringViewRecord,
         costs: ScatteringCost,
-        samples: ScatteringSample,
+        samples: TimedSample,
     }
     some_runs {
         pictures: ScatteringPictureRecord,

@@ -1,7 +1,7 @@
 //! One parameter varied at a time: tables, charts, and which settings are safe.
 
 use super::summary::SoftTables;
-use crate::drawing::{CurveChart, Tried, svg};
+use crate::drawing::{Series, SeriesChart, SeriesPoint, svg};
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Drawing, Table, Text, in_percent, percent};
@@ -9,9 +9,6 @@ use evaluation::{Sweep, SweepRecord, SweepValues};
 
 /// A setting is safe if nothing fails and the error is within this factor of the least of the sweep.
 const SAFE: f64 = 1.05;
-
-/// Stands for 0 on a logarithmic axis: a third of the least other value.
-const ZERO: f64 = 1.0 / 3.0;
 
 /// The rows of a technique in a sweep, over all widths.
 fn rows<'a>(tables: &'a SoftTables<'_>, sweep: &str, technique: &str) -> Vec<&'a SweepRecord> {
@@ -130,39 +127,32 @@ fn by_width(tables: &SoftTables<'_>, sweep: &Sweep) -> Vec<Block> {
 pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let mut drawings = Vec::new();
     for sweep in &tables.experiment.sweep {
-        let mut curves: Vec<Vec<&SweepRecord>> = Vec::new();
-        for technique in distinct(sweep.techniques.iter()) {
-            let answered = |r: &&SweepRecord| r.refused < r.receivers && r.value.is_some();
-            curves.push(rows(tables, &sweep.id, technique).into_iter().filter(answered).collect());
-        }
-        curves.retain(|points| !points.is_empty());
-        if curves.iter().all(|points| points.len() < 2) {
+        let series = |technique: &String| Series {
+            name: technique.clone(),
+            points: rows(tables, &sweep.id, technique).into_iter().filter_map(point).collect(),
+        };
+        let mut curves: Vec<Series> = distinct(sweep.techniques.iter()).into_iter().map(series).collect();
+        curves.retain(|series| !series.points.is_empty());
+        if curves.iter().all(|series| series.points.len() < 2) {
             continue;
         }
         let id = format!("sweep-{}", sweep.id);
         let title = format!("Error by {}, light \"{}\"", label(&sweep.values), sweep.light);
-        let chart = CurveChart {
+        let chart = SeriesChart {
             title: &title,
-            x: label(&sweep.values),
-            y: "mean |method - truth|",
-            curves: curves.iter().map(|points| tried(points, &curves)).collect(),
+            x_label: label(&sweep.values),
+            y_label: "mean |method - truth|",
+            y_tick: &|error| percent(*error, 1),
         };
-        let picture = svg(&id, (640, 400), |root| chart.draw(root))?;
+        let picture = svg(&id, (640, 400), |root| chart.draw(root, &curves))?;
         drawings.push(Drawing::new(id, title, picture));
     }
     Ok(drawings)
 }
 
-/// A curve with its technique; what is 0 stands left of the least other value of all curves.
-fn tried(points: &[&SweepRecord], curves: &[Vec<&SweepRecord>]) -> (String, Vec<Tried>) {
-    let values = curves.iter().flatten().filter_map(|r| r.value);
-    let least = values.filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
-    let of = |row: &&SweepRecord| Tried {
-        place: row.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least),
-        tick: row.setting.clone(),
-        value: row.mean_error,
-        label: format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2)),
-    };
-    let name = points.first().map_or_else(String::new, |row| row.technique.clone());
-    (name, points.iter().map(of).collect())
+/// Where a setting stands in a chart; nowhere if it answers nothing.
+fn point(row: &SweepRecord) -> Option<SeriesPoint> {
+    let x = row.value.filter(|_| row.refused < row.receivers)?;
+    let label = format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2));
+    Some(SeriesPoint { x, tick: row.setting.clone(), y: row.mean_error, label })
 }
