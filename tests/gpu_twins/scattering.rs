@@ -329,7 +329,7 @@ fn valid(spec: &TechniqueSpec, blending: Blending) -> Result<(), Failed> {
 fn planted_faults() -> Result<(), Failed> {
     let (_, spec, _) = techniques().swap_remove(2);
     for (fault, blending) in [
-        ("mean[k] = running[k] / running[CHANNELS]=>mean[k] = running[k]", Blending::Fixed(0.5)),
+        (" / running[CHANNELS]=> / 1.0", Blending::Fixed(0.5)),
         ("azimuth(ray.x, ray.y)) - 0.5=>azimuth(ray.x, ray.y)) + 0.5", Blending::Fixed(0.5)),
         ("pair.x + beta * (pair.y - pair.x)=>pair.y + beta * (pair.x - pair.y)", Blending::Fixed(0.25)),
         ("0.5 + 0.5 * cosine=>0.5 - 0.5 * cosine", Blending::Adaptive),

@@ -39,7 +39,7 @@ pub use kinds::search::{
 };
 pub use kinds::single_scattering::{
     AliasingRecord, AliasingSetting, COPIED_BYTES, EdgeRecord, MediumSetting, ScatteringCost,
-    ScatteringMethod, ScatteringPicture, ScatteringPictureRecord, ScatteringRecord, ScatteringSample,
+    ScatteringMethod, ScatteringPasses, ScatteringPicture, ScatteringPictureRecord, ScatteringRecord,
     ScatteringStability, ScatteringTechnique, ScatteringTiming, ScatteringViewRecord,
     SingleScatteringExperiment, Standpoint, StandpointSetting, StoredBiasRecord,
 };

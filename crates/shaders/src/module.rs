@@ -69,7 +69,9 @@ impl Module {
             line: error.location(source).map_or(0, |place| place.line_number),
             problem: error.message().to_owned(),
         })?;
-        let validated = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+        // Half floats packed into words of 32 bits are plain WGSL.
+        let capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
+        let validated = Validator::new(ValidationFlags::all(), capabilities).validate(&module);
         let info = validated.map_err(|error| {
             // The narrowest place says most; the others are the functions around it.
             let places = error.spans().map(|(span, _)| *span).filter(|span| span.is_defined());

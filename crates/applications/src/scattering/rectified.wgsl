@@ -21,7 +21,7 @@ struct Scattering {
     unused1: f32,
 }
 
-const PI: f32 = 3.14159265;
+const HALF_TURN: f32 = 3.14159265;
 const TURN: f32 = 6.28318531;
 
 // The angle of (x, y), y >= 0, to the positive x axis, to the last digits: WGSL's own may err by 4096 units.
@@ -42,7 +42,7 @@ fn upper_angle(y: f32, x: f32) -> f32 {
     let series = u * (1.0 + s * (-0.333333333 + s * (0.2 + s * (-0.142857143 + s * (0.111111111 - s * 0.0909090909)))));
     let first = base + series;
     let octant = select(first, 1.57079633 - first, y > a);
-    return select(octant, PI - octant, x < 0.0);
+    return select(octant, HALF_TURN - octant, x < 0.0);
 }
 
 // Azimuth in [0, 2 pi).

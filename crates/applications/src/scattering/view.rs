@@ -31,16 +31,21 @@ pub struct ViewRay {
     pub stream: u64,
 }
 
+/// Optical depth beyond which 5e-5 of the light is left.
+const LAST_DEPTH: f64 = 10.0;
+
 impl SingleScattering<'_> {
     /// A ray in light space: origin and direction.
     pub fn in_light_space(&self, ray: &ViewRay) -> ([f64; 3], [f64; 3]) {
         (self.axes.direction(self.camera), self.axes.direction(ray.direction))
     }
 
-    /// The end of a ray, or the distance from which on its visibility no longer changes.
+    /// The end of a ray, or the distance from which on its visibility no longer changes or hardly any light comes.
     pub fn end(&self, ray: &ViewRay) -> f64 {
         let (origin, direction) = self.in_light_space(ray);
-        ray.length.min(self.light.settled(origin, direction))
+        // Infinite without extinction.
+        let visible = LAST_DEPTH / self.medium.extinction();
+        ray.length.min(self.light.settled(origin, direction)).min(visible)
     }
 
     /// Cosine between the ways of the light before and after it is scattered to the camera.
