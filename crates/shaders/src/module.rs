@@ -7,6 +7,11 @@ use naga::{ShaderStage, TypeInner};
 
 use crate::ShaderError;
 
+/// What a module may use although some adapters lack it: 16-bit maps that compute passes write; and half floats packed into
+/// words, which are plain WGSL.
+const CAPABILITIES: Capabilities =
+    Capabilities::STORAGE_TEXTURE_16BIT_NORM_FORMATS.union(Capabilities::SHADER_FLOAT16_IN_FLOAT32);
+
 /// Kind of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -60,7 +65,7 @@ pub struct Module {
 }
 
 impl Module {
-    /// Parses, validates and reflects WGSL, without what only some adapters offer.
+    /// Parses, validates and reflects WGSL; of what only some adapters offer 16-bit storage textures alone.
     ///
     /// # Errors
     /// [`ShaderError::Invalid`] with the first fault.
@@ -69,9 +74,7 @@ impl Module {
             line: error.location(source).map_or(0, |place| place.line_number),
             problem: error.message().to_owned(),
         })?;
-        // Half floats packed into words of 32 bits are plain WGSL.
-        let capabilities = Capabilities::SHADER_FLOAT16_IN_FLOAT32;
-        let validated = Validator::new(ValidationFlags::all(), capabilities).validate(&module);
+        let validated = Validator::new(ValidationFlags::all(), CAPABILITIES).validate(&module);
         let info = validated.map_err(|error| {
             // The narrowest place says most; the others are the functions around it.
             let places = error.spans().map(|(span, _)| *span).filter(|span| span.is_defined());

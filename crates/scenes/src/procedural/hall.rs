@@ -73,7 +73,7 @@ pub(super) fn build(seed: u64) -> Parts {
     }
 
     let views = [[0.2, -1.0, -0.15], [0.35, -0.62, -0.7], [0.3, -0.36, -0.88], [-0.985, -0.08, -0.15]];
-    (scene, views, Camera { eye: [-11.0, 2.2, -3.2], target: [4.0, 2.9, 2.2], vertical_fov: 1.0 })
+    (scene, views, Camera::new([-11.0, 2.2, -3.2], [4.0, 2.9, 2.2], 1.0))
 }
 
 /// A wall along its place's x, its inner side at z = 0 and its outer one at z = [`WALL`], around its openings, which ascend.

@@ -119,10 +119,10 @@ impl StandpointSetting {
             let at = |distance: f64| {
                 [0, 1, 2].map(|k| (extent.centre[k] + distance * extent.radius * light[k]) as f32)
             };
-            Camera { eye: at(offset), target: at(offset + side), vertical_fov }
+            Camera::new(at(offset), at(offset + side), vertical_fov)
         };
         match (self.place, self.eye, self.target) {
-            (None, Some(eye), Some(target)) => Camera { eye, target, vertical_fov },
+            (None, Some(eye), Some(target)) => Camera::new(eye, target, vertical_fov),
             (Some(Standpoint::Towards), ..) => {
                 let mut camera = on_axis(0.0, -1.0);
                 // Near the ground, moved across so that more than the middle of the scene lies between eye and light.

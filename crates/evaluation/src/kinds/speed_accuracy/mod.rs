@@ -18,7 +18,7 @@ pub(crate) use cost::{FETCH, FrameCost};
 
 pub use advise::{Advice, AdviceOptions, Choice, Nothing};
 pub use frames::COMPARED_FRAME;
-pub use records::{FrameSample, OrderShare, SpeedAccuracyRecord, SpeedSample};
+pub use records::{FrameRoute, FrameSample, OrderShare, SpeedAccuracyRecord, SpeedSample};
 pub use settings::{
     Blend, CandidateSetting, ComparisonSetting, EveryViewSetting, FrameSetting, FrameTiming, OrderSetting,
     PictureSetting, SpeedAccuracyExperiment, SpeedTiming,
