@@ -38,10 +38,10 @@ pub use kinds::search::{
     SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::single_scattering::{
-    AliasingRecord, AliasingSetting, COPIED_BYTES, EdgeRecord, MediumSetting, ScatteringCost,
-    ScatteringMethod, ScatteringPasses, ScatteringPicture, ScatteringPictureRecord, ScatteringRecord,
-    ScatteringStability, ScatteringTechnique, ScatteringTiming, ScatteringViewRecord,
-    SingleScatteringExperiment, Standpoint, StandpointSetting, StoredBiasRecord,
+    AliasingRecord, AliasingSetting, EdgeRecord, MediumSetting, ScatteringCost, ScatteringMethod,
+    ScatteringPasses, ScatteringPicture, ScatteringPictureRecord, ScatteringRecord, ScatteringStability,
+    ScatteringTechnique, ScatteringTiming, ScatteringViewRecord, SingleScatteringExperiment, Standpoint,
+    StandpointSetting, StoredBiasRecord,
 };
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,

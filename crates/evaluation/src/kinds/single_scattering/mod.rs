@@ -21,7 +21,6 @@ mod timing;
 mod view;
 
 pub use method::ScatteringMethod;
-pub use passes::COPIED_BYTES;
 pub use records::{
     AliasingRecord, EdgeRecord, ScatteringCost, ScatteringPictureRecord, ScatteringRecord,
     ScatteringViewRecord, StoredBiasRecord,

@@ -1,6 +1,6 @@
 //! Pass times on a graphics processor by sizes of map and output (BHS16 Figure 8): resampling, prefix sums and look-ups apart,
-//! ray marching and a plain copy in the same frames. A software driver is not timed, and whatever goes wrong ends these rows
-//! and nothing else; gpu.csv says what it was.
+//! and ray marching. A software driver is not timed, and whatever goes wrong ends these rows and nothing else; gpu.csv says what
+//! it was.
 
 use super::run::Plan;
 use super::settings::ScatteringPasses;
@@ -8,30 +8,15 @@ use super::shot::Shot;
 use super::view::{LitScene, ScatteringScene};
 use crate::error::EvaluationError;
 use crate::fragments::LoadedScene;
-use crate::kinds::speed_accuracy::FrameSample;
+use crate::kinds::speed_accuracy::{FrameRoute, FrameSample};
 use crate::timing::GpuRecord;
 use applications::scattering::{
     Rectification, RectifiedMap, Spacing, StoredPrefixes, ViewRay, look_up_shader, march_shader,
     prefix_map_shader, prefix_words, resample_shader, scattering_uniform,
 };
 use graphics_device::DeviceError;
-use shadow_renderer::{ComputeChain, ComputePass, Content, WHOLE_FRAME};
+use shadow_renderer::{ComputeChain, ComputePass, Content};
 use std::time::Duration;
-
-/// Reads and writes every word of a buffer: what the card can move.
-const COPY: &str = "@group(0) @binding(0) var<storage, read> source: array<vec4<u32>>;
-@group(0) @binding(1) var<storage, read_write> copied: array<vec4<u32>>;
-@compute @workgroup_size(64)
-fn copy(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let index = id.y * groups.x * 64u + id.x;
-    if index < arrayLength(&source) { copied[index] = source[index]; }
-}";
-
-/// Bytes that are copied, read and written.
-const COPIED: usize = 64 << 20;
-
-/// Name of the copy among the techniques.
-pub const COPIED_BYTES: &str = "copy of 64 MiB";
 
 /// Sizes of a frame.
 #[derive(Clone, Copy, PartialEq)]
@@ -60,7 +45,8 @@ struct Timed<'a> {
     technique: &'a str,
     format: String,
     at: Point,
-    passes: &'a [ComputePass<'a>],
+    /// Each with the bytes that it moves at least: every input read once, every output written once.
+    passes: &'a [(ComputePass<'a>, u64)],
     /// What its passes share with no others.
     own: &'a [(&'a str, Content<'a>)],
 }
@@ -99,14 +85,9 @@ fn timed(
     if gpu.is_software() && !timing.software {
         return Err("not timed: only a software driver".to_owned());
     }
+    gpu.measure_limits();
     let mut bench = Bench { chain, timing, samples, gpu };
-    let bytes = vec![1u8; COPIED];
     for at in timing.points() {
-        let groups = (COPIED / 16 / GROUP) as u32;
-        let copy = ComputePass { name: "copy", source: COPY, entry: "copy", groups };
-        let own = [("source", Content::Bytes(&bytes)), ("copied", Content::Empty(COPIED as u64))];
-        let format = "bytes".to_owned();
-        bench.measure(&Timed { technique: COPIED_BYTES, format, at, passes: &[copy], own: &own })?;
         bench.at_sizes(plan, (loaded, scene), at)?;
     }
     Ok(())
@@ -173,9 +154,11 @@ impl Bench<'_> {
             if let Some(steps) = method.steps {
                 let march = march_shader(steps);
                 let pass = ComputePass { name: "march", source: &march, entry: "march", groups };
+                // Rays, noise and answers, and the shadow map once.
+                let bytes = (16 + 4 + 4) * pixels as u64 + 4 * texels;
                 let own = [("rays", Content::Bytes(&ends))];
                 let format = "depth".to_owned();
-                self.measure(&Timed { technique: name, format, at, passes: &[pass], own: &own })?;
+                self.measure(&Timed { technique: name, format, at, passes: &[(pass, bytes)], own: &own })?;
                 continue;
             }
             let Some(technique) = plan.techniques[index].as_ref() else { continue };
@@ -191,9 +174,23 @@ impl Bench<'_> {
             let own = [("stored", Content::Empty(map_bytes)), ("rays", Content::Bytes(&lengths))];
             let of_texels = texels.div_ceil(GROUP as u64) as u32;
             let passes = [
-                ComputePass { name: "resample", source: &resample, entry: "resample", groups: of_texels },
-                ComputePass { name: "prefix sums", source: &prefix, entry: "prefix", groups: at.map_size },
-                ComputePass { name: "look up", source: &look_up, entry: "look_up", groups },
+                (
+                    ComputePass { name: "resample", source: &resample, entry: "resample", groups: of_texels },
+                    (4 + 16) * texels,
+                ),
+                (
+                    ComputePass {
+                        name: "prefix sums",
+                        source: &prefix,
+                        entry: "prefix",
+                        groups: at.map_size,
+                    },
+                    16 * texels + map_bytes,
+                ),
+                (
+                    ComputePass { name: "look up", source: &look_up, entry: "look_up", groups },
+                    (16 + 4) * pixels as u64 + map_bytes,
+                ),
             ];
             let format = technique.encoding().format().name();
             self.measure(&Timed { technique: name, format, at, passes: &passes, own: &own })?;
@@ -204,7 +201,8 @@ impl Bench<'_> {
     fn measure(&mut self, of: &Timed<'_>) -> Result<(), String> {
         let warm_up = Duration::from_millis(self.timing.warm_up_ms);
         let put = of.own.iter().try_for_each(|&(name, content)| self.chain.put(name, content));
-        let times = match put.and_then(|()| self.chain.time(of.passes, warm_up, self.timing.frames)) {
+        let passes: Vec<ComputePass<'_>> = of.passes.iter().map(|(pass, _)| *pass).collect();
+        let times = match put.and_then(|()| self.chain.time(&passes, warm_up, self.timing.frames)) {
             Ok(times) => times,
             Err(error @ DeviceError::Lost(_)) => return Err(format!("stopped: {error}")),
             // Others may still work, for example with a smaller map.
@@ -214,7 +212,8 @@ impl Bench<'_> {
                 return Ok(());
             }
         };
-        for pass in times.iter().filter(|pass| pass.pass != WHOLE_FRAME) {
+        // The whole frame comes last and has no pass.
+        for (pass, &(_, bytes)) in times.iter().zip(of.passes) {
             self.samples.extend(pass.times.iter().enumerate().map(|(frame, time)| FrameSample {
                 technique: of.technique.to_owned(),
                 format: of.format.clone(),
@@ -222,7 +221,9 @@ impl Bench<'_> {
                 width: of.at.output[0],
                 height: of.at.output[1],
                 kernel: 0,
+                route: FrameRoute::Compute,
                 pass: pass.pass.to_owned(),
+                least_bytes: Some(bytes),
                 frame,
                 time_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
             }));

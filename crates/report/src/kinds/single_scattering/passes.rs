@@ -3,10 +3,7 @@
 use super::summary::ScatteringTables;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, in_percent, median_of, row};
-use evaluation::{COPIED_BYTES, FrameSample};
-
-/// Bytes that the copy reads and writes.
-const COPIED: f64 = 2.0 * 64.0 * 1024.0 * 1024.0;
+use evaluation::FrameSample;
 
 /// Map, width and height.
 type Sizes = (u32, u32, u32);
@@ -36,29 +33,9 @@ impl ScatteringTables<'_> {
         let times: Vec<f64> = passes.iter().filter_map(|pass| self.pass_time(technique, pass, at)).collect();
         (!times.is_empty()).then(|| times.iter().sum())
     }
-
-    /// Bytes that a pass reads and writes at least.
-    fn bytes(&self, technique: &str, pass: &str, (map, width, height): Sizes) -> Option<f64> {
-        let stored = self.pooled(technique, ("all", "all"))?.bits_per_texel as f64 / 8.0;
-        let texels = f64::from(map).powi(2);
-        let pixels = f64::from(width) * f64::from(height);
-        Some(match pass {
-            // Depths of 32 bits, texels of two depths and weights.
-            "resample" => texels * (4.0 + 16.0),
-            // Every texel is read for the sums of its segment, and again for its own.
-            "prefix sums" => texels * (2.0 * 16.0 + stored),
-            // A ray and its answer.
-            "look up" => pixels * (16.0 + 4.0 + stored),
-            "march" => {
-                let steps = self.costs.iter().find(|cost| cost.technique == technique)?.steps as f64;
-                pixels * (16.0 + 4.0 + 4.0 + 4.0 * steps)
-            }
-            _ => return None,
-        })
-    }
 }
 
-/// Times by pass and sizes, and the share of the copy's bandwidth at the first sizes.
+/// Times by pass and sizes, and the share of the measured bandwidth at the first sizes.
 pub(super) fn blocks(tables: &ScatteringTables<'_>) -> Vec<Block> {
     let Some(gpu) = tables.gpu.first() else { return Vec::new() };
     let heading = "Pass times on a graphics processor";
@@ -71,9 +48,10 @@ pub(super) fn blocks(tables: &ScatteringTables<'_>) -> Vec<Block> {
     let keys = distinct(tables.frames.iter().map(|s| (s.technique.as_str(), s.pass.as_str())));
     let share = |technique: &str, pass: &str| {
         let at = *all.first()?;
-        let copied = COPIED / tables.pass_time(COPIED_BYTES, "copy", at)?;
-        let moved = tables.bytes(technique, pass, at)? / tables.pass_time(technique, pass, at)?;
-        Some(in_percent(moved / copied, 0))
+        let of = |s: &&FrameSample| s.technique == technique && s.pass == pass && sizes(s) == at;
+        let bytes = tables.frames.iter().find(of)?.least_bytes? as f64;
+        let seconds = tables.pass_time(technique, pass, at)? / 1e3;
+        Some(in_percent(bytes / seconds / gpu.bytes_per_second?, 0))
     };
     let cells = |&(technique, pass): &(&str, &str)| {
         let time =
@@ -90,7 +68,7 @@ pub(super) fn blocks(tables: &ScatteringTables<'_>) -> Vec<Block> {
         .rows(keys.iter().map(cells));
     let note = format!(
         "Milliseconds between GPU timestamps, median over frames; by sizes of map and output. The last column: bytes that a pass \
-         moves at least over its time at the first sizes, against the copy of 64 MiB. Measured on {} ({}, {}, {}): {}.",
+         moves at least over its time at the first sizes, against a plain copy in the same run. Measured on {} ({}, {}, {}): {}.",
         gpu.adapter, gpu.device_type, gpu.api, gpu.driver, gpu.status
     );
     let mut blocks = Block::section(3, heading, table, Some(note.into()));
