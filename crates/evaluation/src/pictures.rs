@@ -74,6 +74,15 @@ fn stretch_contrast(picture: &mut RgbaImage, about: [f32; 3], factor: f32) {
     }
 }
 
+/// Pixels with the one to the right and the one below, row by row.
+pub(crate) fn neighbours(width: usize, pixels: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..pixels).flat_map(move |i| {
+        let right = (i % width + 1 < width).then_some(i + 1);
+        let below = (i + width < pixels).then_some(i + width);
+        [right, below].into_iter().flatten().map(move |j| (i, j))
+    })
+}
+
 /// An error as grey: 128 for none, one step 1/127.
 pub(crate) fn signed_grey(error: f64) -> Luma<u8> {
     Luma([(128.0 + 127.0 * error).round().clamp(0.0, 255.0) as u8])

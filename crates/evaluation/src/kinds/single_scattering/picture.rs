@@ -8,7 +8,7 @@ use super::shot::{Maps, Shot, Source};
 use super::view::{LitScene, ScatteringScene};
 use crate::error::EvaluationError;
 use crate::kinds::filterable::map_name;
-use crate::pictures::{png, signed_grey, stretched_side_by_side};
+use crate::pictures::{neighbours, png, signed_grey, stretched_side_by_side};
 use crate::run_directory::RecordedFile;
 use crate::statistics::{percentile, rounded};
 use applications::truths;
@@ -191,16 +191,12 @@ fn encoded(value: f64) -> u8 {
 /// Mean difference of the errors of neighbours whose truths are close, and the share of these pairs that is a boundary.
 fn roughness(width: usize, truth: &[f64], errors: &[f64]) -> [f64; 2] {
     let (mut sum, mut boundaries, mut count) = (0.0, 0usize, 0usize);
-    for i in 0..truth.len() {
-        let right = (i % width + 1 < width).then_some(i + 1);
-        let below = (i + width < truth.len()).then_some(i + width);
-        for j in [right, below].into_iter().flatten() {
-            if (truth[i] - truth[j]).abs() < SMOOTH {
-                let difference = (errors[i] - errors[j]).abs();
-                sum += difference;
-                boundaries += usize::from(difference > BOUNDARY);
-                count += 1;
-            }
+    for (i, j) in neighbours(width, truth.len()) {
+        if (truth[i] - truth[j]).abs() < SMOOTH {
+            let difference = (errors[i] - errors[j]).abs();
+            sum += difference;
+            boundaries += usize::from(difference > BOUNDARY);
+            count += 1;
         }
     }
     [sum / count.max(1) as f64, boundaries as f64 / count.max(1) as f64]
