@@ -10,7 +10,7 @@ use std::path::PathBuf;
 /// Find the cheapest technique, format, bias and map size whose error on a scene is within a tolerance.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// A procedural scene (stairs, village, grove), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
+    /// A procedural scene (stairs, village, grove, hall), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
     scene: String,
     /// Largest mean distance from percentage-closer filtering that is accepted, between 0 and 1.
     #[arg(long, default_value_t = 0.02, allow_negative_numbers = true)]

@@ -127,8 +127,13 @@ impl Arguments {
     fn transform(&self, basis: &Basis, format: NumberFormat) -> Result<(String, AffineTransform), Failure> {
         let interval = DepthInterval::UNIT;
         let fail = |reason: String| Failure::Input(anyhow!("--transform {reason}"));
-        let fixed =
-            matches!(format, NumberFormat::Unorm10 | NumberFormat::Unorm16 | NumberFormat::U32Fixed { .. });
+        let fixed = match format {
+            NumberFormat::Unorm8
+            | NumberFormat::Unorm10
+            | NumberFormat::Unorm16
+            | NumberFormat::U32Fixed { .. } => true,
+            NumberFormat::F16 | NumberFormat::F32 => false,
+        };
         // A hundredth of a code of 16 bits, which is clamped; matrices as printed leave the box by up to 7e-8.
         const OUTSIDE: f64 = 1.5e-7;
         let fits = |transform: &AffineTransform| {

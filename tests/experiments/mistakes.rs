@@ -143,7 +143,7 @@ fn mistakes_in_ways_to_store_moments_name_line_and_value() {
     let text = std::fs::read_to_string(file).unwrap();
     let cases = [
         ("\"GDC16 four moments\"]", "\"theta_5\"]", "theta_5"),
-        ("formats = [\"unorm16\", \"unorm10\", \"f16\"]", "formats = [\"unorm8\"]", "unorm8"),
+        ("formats = [\"unorm16\", \"unorm10\", \"f16\"]", "formats = [\"unorm9\"]", "unorm9"),
         ("kernel = { shape = \"box\", size = 9 }", "", "shape box"),
         ("formats = [\"u32/256\"]", "formats = [\"u32/80\"]", "u32/80"),
         ("baseline = \"MSM15 theta_4\"", "baseline = \"optimal\"", "optimal"),
@@ -308,6 +308,67 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
         let path = folder.join(format!("late-{i}.toml"));
         let views = text.replacen("views = [\"high\", \"lamp\"]", "views = []", 1);
         std::fs::write(&path, views.replacen(old, new, 1)).unwrap();
+        let results = folder.join("late");
+        let output =
+            msm(&["run", path.to_str().unwrap(), "--scale", "smoke", "--out", results.to_str().unwrap()]);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), message.lines().count()), (Some(2), 1), "{new}: {message}");
+        assert!(message.contains(needle) && message.contains(&format!("late-{i}.toml: line ")), "{message}");
+    }
+}
+
+#[test]
+fn mistakes_about_single_scattering_name_key_and_value() {
+    let folder = directory("scattering");
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/single-scattering.toml");
+    let text = std::fs::read_to_string(file).unwrap();
+    let cases = [
+        ("extinction = 1.0", "extinction = -1.0", "extinction = -1"),
+        ("extinction = 1.0", "extinction = nan", "extinction = NaN"),
+        ("albedo = 0.9", "albedo = 1.5", "albedo = 1.5"),
+        ("anisotropy = 0.3", "anisotropy = 1.0", "anisotropy = 1: must lie in (-1, 1)"),
+        ("rectified = [512, 512]", "rectified = [1, 512]", "rectified = 1x512: a map needs 2"),
+        ("guard_band = 0.05", "guard_band = -0.1", "guard_band = -0.1"),
+        ("target = [-1.0, 3.2, 0.0]", "target = [3.0, 3.0, 19.0]", "its frustum has no depth"),
+        ("place = \"away\"", "place = \"away\"\nvertical_fov = 4.0", "vertical_fov = 4"),
+        ("place = \"away\"", "", "neither place nor eye"),
+        ("camera = [320, 180]", "camera = [320, 0]", "camera = 320x0"),
+        ("most_rays = 8192", "most_rays = 8", "most_rays = 8"),
+        ("method = { steps = 16 }", "method = { steps = 0 }", "0 steps"),
+        (
+            "method = { steps = 16 }",
+            "method = { steps = 16, filtered = true }",
+            "filtered is for prefix sums",
+        ),
+        (
+            "{ spacing = \"two\" }",
+            "{ spacing = \"two\", adaptive = true }",
+            "adaptive needs something that is stored",
+        ),
+        ("bound = \"csm\", coefficients = 16", "bound = \"csm\", coefficients = 65", "coefficients = 65"),
+        ("alpha = 4e-3 }, adaptive", "alpha = 4e-3, beta = 0.5 }, adaptive", "adaptive"),
+        ("shifts = [0.25, 0.5]", "shifts = [1.5]", "shift 1.5"),
+        ("formats = [\"unorm10\", \"unorm16\"", "formats = [\"unorm9\", \"unorm16\"", "unorm9"),
+        ("tolerances = [0.1,", "tolerances = [1.0,", "tolerance 1 "),
+        ("insets = [[180, 90, 70]", "insets = [[300, 90, 70]", "inset [300, 90, 70]"),
+        ("stretch = 4.0", "stretch = 0.5", "stretch = 0.5"),
+    ];
+    refused(&folder, &text, &cases);
+    // What shows only when scenes are read.
+    for (i, (old, new, needle)) in [
+        (
+            "views = [\"long\"]",
+            "views = [\"lamp\"]",
+            "rectified maps need a camera outside of the light's plane",
+        ),
+        ("scenes = [\"hall\"]", "scenes = [\"dungeon\"]", "dungeon"),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let path = folder.join(format!("late-{i}.toml"));
+        assert!(text.contains(old), "{old}");
+        std::fs::write(&path, text.replacen(old, new, 1)).unwrap();
         let results = folder.join("late");
         let output =
             msm(&["run", path.to_str().unwrap(), "--scale", "smoke", "--out", results.to_str().unwrap()]);

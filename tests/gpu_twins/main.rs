@@ -13,6 +13,7 @@ mod fragments;
 mod frames;
 mod modules;
 mod pairwise;
+mod scattering;
 mod search;
 mod soft_shadow_faults;
 mod soft_shadows;
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
     trials.extend(modules::trials());
     trials.extend(frames::trials());
     trials.extend(pairwise::trials());
+    trials.extend(scattering::trials());
     trials.extend(soft_shadows::trials());
     trials.push(search::trial());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));

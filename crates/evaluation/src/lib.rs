@@ -37,6 +37,12 @@ pub use kinds::search::{
     MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
     SearchSample, SearchTiming, StageRecord,
 };
+pub use kinds::single_scattering::{
+    AliasingRecord, AliasingSetting, EdgeRecord, MediumSetting, ScatteringCost, ScatteringMethod,
+    ScatteringPasses, ScatteringPicture, ScatteringPictureRecord, ScatteringRecord, ScatteringStability,
+    ScatteringTechnique, ScatteringTiming, ScatteringViewRecord, SingleScatteringExperiment, Standpoint,
+    StandpointSetting, StoredBiasRecord,
+};
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,
     ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment,

@@ -25,6 +25,16 @@ pub(crate) fn check_output([width, height]: [u32; 2], insets: &[[u32; 3]]) -> Re
 
 /// Columns of pictures of one size with their magnified parts below.
 pub(crate) fn side_by_side(columns: &[RgbaImage], output: [u32; 2], insets: &[[u32; 3]]) -> RgbaImage {
+    stretched_side_by_side(columns, output, insets, 1.0)
+}
+
+/// The same with contrasts of the parts stretched about the mean colour of the part in the first column.
+pub(crate) fn stretched_side_by_side(
+    columns: &[RgbaImage],
+    output: [u32; 2],
+    insets: &[[u32; 3]],
+    stretch: f32,
+) -> RgbaImage {
     let [width, height] = output;
     let count = insets.len() as u32;
     let gaps = PICTURE_GAP * count.saturating_sub(1);
@@ -38,13 +48,39 @@ pub(crate) fn side_by_side(columns: &[RgbaImage], output: [u32; 2], insets: &[[u
         let left = column as u32 * (width + PICTURE_GAP);
         imageops::replace(&mut all, image, i64::from(left), 0);
         for (i, &[x, y, size]) in insets.iter().enumerate() {
-            let part = imageops::crop_imm(image, x, y, size, size).to_image();
+            let part_of = |image: &RgbaImage| imageops::crop_imm(image, x, y, size, size).to_image();
+            let mut part = part_of(image);
+            if let Some(first) = columns.first().filter(|_| stretch != 1.0) {
+                stretch_contrast(&mut part, mean_colour(&part_of(first)), stretch);
+            }
             let large = imageops::resize(&part, side, side, imageops::FilterType::Nearest);
             let at = (left + i as u32 * (side + PICTURE_GAP), height + PICTURE_GAP);
             imageops::replace(&mut all, &large, i64::from(at.0), i64::from(at.1));
         }
     }
     all
+}
+
+fn mean_colour(picture: &RgbaImage) -> [f32; 3] {
+    let count = picture.pixels().len().max(1) as f32;
+    [0, 1, 2].map(|k| picture.pixels().map(|pixel| f32::from(pixel[k])).sum::<f32>() / count)
+}
+
+fn stretch_contrast(picture: &mut RgbaImage, about: [f32; 3], factor: f32) {
+    for pixel in picture.pixels_mut() {
+        for k in 0..3 {
+            pixel[k] = (about[k] + factor * (f32::from(pixel[k]) - about[k])).round().clamp(0.0, 255.0) as u8;
+        }
+    }
+}
+
+/// Pixels with the one to the right and the one below, row by row.
+pub(crate) fn neighbours(width: usize, pixels: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..pixels).flat_map(move |i| {
+        let right = (i % width + 1 < width).then_some(i + 1);
+        let below = (i + width < pixels).then_some(i + width);
+        [right, below].into_iter().flatten().map(move |j| (i, j))
+    })
 }
 
 /// An error as grey: 128 for none, one step 1/127.

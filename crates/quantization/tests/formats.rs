@@ -7,7 +7,8 @@ use quantization::published::ALL;
 use quantization::{Encoding, NumberFormat};
 use random_stream::Random;
 
-const FORMATS: [NumberFormat; 6] = [
+const FORMATS: [NumberFormat; 7] = [
+    NumberFormat::Unorm8,
     NumberFormat::Unorm10,
     NumberFormat::Unorm16,
     NumberFormat::F16,

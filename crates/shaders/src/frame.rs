@@ -33,7 +33,7 @@ pub enum FrameShaders {
         /// Format of all of them.
         format: TexelFormat,
         /// The same as compute passes.
-        compute: ComputeShaders,
+        compute: Box<ComputeShaders>,
     },
     /// A depth map that is compared tap by tap.
     Comparison {

@@ -7,8 +7,10 @@ use naga::{ShaderStage, TypeInner};
 
 use crate::ShaderError;
 
-/// What a module may use although some adapters lack it: 16-bit maps that compute passes write.
-const CAPABILITIES: Capabilities = Capabilities::STORAGE_TEXTURE_16BIT_NORM_FORMATS;
+/// What a module may use although some adapters lack it: 16-bit maps that compute passes write; and half floats packed into
+/// words, which are plain WGSL.
+const CAPABILITIES: Capabilities =
+    Capabilities::STORAGE_TEXTURE_16BIT_NORM_FORMATS.union(Capabilities::SHADER_FLOAT16_IN_FLOAT32);
 
 /// Kind of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -56,7 +56,7 @@ impl Technique {
             NumberFormat::Unorm16 => TexelFormat::Unorm16,
             NumberFormat::F16 => TexelFormat::F16,
             NumberFormat::F32 => TexelFormat::F32,
-            NumberFormat::Unorm10 | NumberFormat::U32Fixed { .. } => return None,
+            NumberFormat::Unorm8 | NumberFormat::Unorm10 | NumberFormat::U32Fixed { .. } => return None,
         };
         if textures.len() > MAX_TEXTURES {
             return None;
@@ -95,7 +95,7 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
             columns: filter("0, 1"),
             halve: written(&[COVER, &channel_count, &fetch, &targets, PYRAMID, &to_each("halve", "halved")]),
             shade: written(&[COVER, &technique, &dequantise, &sampled(channels), FRAME, PIXEL]),
-            compute: ComputeShaders {
+            compute: Box::new(ComputeShaders {
                 resolve: written(&[
                     &technique,
                     &quantise,
@@ -125,7 +125,7 @@ fn sample_depth(texel: vec2<i32>, s: i32) -> f32 {{
                     FRAME,
                     compute_passes::FRAME,
                 ]),
-            },
+            }),
             textures,
             format,
         })

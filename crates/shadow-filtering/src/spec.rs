@@ -28,7 +28,7 @@ pub struct TechniqueSpec {
     /// For `lvsm`: layers of equal size.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub layers: Option<usize>,
-    /// For `csm`: M, two channels each.
+    /// For `csm` and `fourier`: M, two channels each.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<usize>,
     /// For moments: the variable that is stored; a published transform has its own, and every bound a usual one.
@@ -54,7 +54,8 @@ pub struct TechniqueSpec {
     /// Several of these.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub transforms: Vec<String>,
-    /// Number format of a value: `unorm10`, `unorm16`, `f16`, `f32`, `u32/N`; without it `f32`.
+    /// Number format of a value: `unorm8`, `unorm10`, `unorm16`, `f16`, `f32`, `u32/N`;
+    /// without it `f32`.
     #[serde(skip_serializing_if = "Option::is_none", with = "format_text")]
     pub format: Option<NumberFormat>,
     /// Several of these.

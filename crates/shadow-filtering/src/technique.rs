@@ -148,7 +148,11 @@ impl Technique {
             format @ NumberFormat::U32Fixed { .. } => {
                 Err(FilteringError::parameter("format", format, "needs a summed-area table"))
             }
-            NumberFormat::Unorm10 | NumberFormat::Unorm16 | NumberFormat::F16 | NumberFormat::F32 => Ok(()),
+            NumberFormat::Unorm8
+            | NumberFormat::Unorm10
+            | NumberFormat::Unorm16
+            | NumberFormat::F16
+            | NumberFormat::F32 => Ok(()),
         }
     }
 }

@@ -29,7 +29,7 @@ pub struct LitInterval {
 }
 
 impl LightMap<'_> {
-    /// z up to which a point is lit; infinity outside of the map.
+    /// z up to which a point is lit; infinity outside of the map, and where it is empty: cleared to depth 1.
     pub fn occluder(&self, x: f64, y: f64) -> f64 {
         let at = |value: f64, k: usize| (value - self.corner[k]) / self.texel[k];
         let (column, row) = (at(x, 0).floor(), at(y, 1).floor());
@@ -38,8 +38,8 @@ impl LightMap<'_> {
         if !inside {
             return f64::INFINITY;
         }
-        let texel = row as usize * self.map.width() + column as usize;
-        self.near + f64::from(self.map.depths()[texel]) * self.range
+        let depth = self.map.depths()[row as usize * self.map.width() + column as usize];
+        if depth < 1.0 { self.near + f64::from(depth) * self.range } else { f64::INFINITY }
     }
 
     /// Whether a point in light space is lit.
@@ -50,21 +50,18 @@ impl LightMap<'_> {
     /// All distances at which a ray of some length, which may be infinite, is lit, ascending: from texel border to texel
     /// border, and within a texel from or to where the ray passes the occluder's depth.
     pub fn lit(&self, origin: [f64; 3], direction: [f64; 3], length: f64) -> Vec<LitInterval> {
-        let mut borders = vec![0.0, length];
-        for k in 0..2 {
-            let size = [self.map.width(), self.map.height()][k];
-            if direction[k] != 0.0 {
-                borders.extend(
-                    (0..=size)
-                        .map(|i| (self.corner[k] + i as f64 * self.texel[k] - origin[k]) / direction[k])
-                        .filter(|t| *t > 0.0 && *t < length),
-                );
-            }
-        }
-        borders.sort_by(f64::total_cmp);
+        let mut borders = [0, 1].map(|k| self.borders(k, origin, direction, length).peekable());
         let mut lit: Vec<LitInterval> = Vec::new();
-        for ends in borders.windows(2) {
-            let [start, end] = [ends[0], ends[1]];
+        let mut reached = 0.0;
+        while reached < length {
+            let [a, b] = &mut borders;
+            let next = match (a.peek(), b.peek()) {
+                (Some(first), Some(second)) if first > second => b.next(),
+                (Some(_), _) => a.next(),
+                (None, _) => b.next(),
+            };
+            let (start, end) = (reached, next.unwrap_or(length));
+            reached = end;
             let has_length = end > start;
             if !has_length {
                 continue;
@@ -91,6 +88,46 @@ impl LightMap<'_> {
             }
         }
         lit
+    }
+
+    /// Distances at which a ray crosses the texels' borders of one axis, ascending, between its ends.
+    fn borders(
+        &self,
+        axis: usize,
+        origin: [f64; 3],
+        direction: [f64; 3],
+        length: f64,
+    ) -> impl Iterator<Item = f64> + use<> {
+        let size = [self.map.width(), self.map.height()][axis];
+        let (corner, texel) = (self.corner[axis] - origin[axis], self.texel[axis]);
+        let slope = direction[axis];
+        let crossings = if slope == 0.0 { 0 } else { size + 1 };
+        let border = move |i: usize| if slope > 0.0 { i } else { size - i };
+        (0..crossings)
+            .map(move |i| (corner + border(i) as f64 * texel) / slope)
+            .filter(move |t| *t > 0.0 && *t < length)
+    }
+
+    /// Distance from which on a ray's visibility no longer changes: where it leaves the map or is above all occluders, or for
+    /// one along the light, where it leaves the range of depths.
+    pub fn settled(&self, origin: [f64; 3], direction: [f64; 3]) -> f64 {
+        let leaves = [0, 1].map(|axis| self.borders(axis, origin, direction, f64::INFINITY).last());
+        let across = [0, 1].map(|axis| match leaves[axis] {
+            Some(distance) => distance,
+            // Of a ray that moves along this axis all borders lie behind.
+            None if direction[axis] != 0.0 => 0.0,
+            None => f64::INFINITY,
+        });
+        let ends = [self.near, self.near + self.range].map(|z| (z - origin[2]) / direction[2]);
+        let along = ends.into_iter().filter(|t| t.is_finite()).fold(0.0, f64::max);
+        let first = across[0].min(across[1]);
+        if direction[2] < 0.0 {
+            first.min(ends[0].max(0.0))
+        } else if first.is_finite() {
+            first
+        } else {
+            along
+        }
     }
 
     /// int_0^s e^(-sigma_t t) V dt, exactly.
@@ -131,10 +168,23 @@ mod tests {
         let exact = light.scattered(&medium, ray.0, ray.1, ray.2);
         let errors = [64, 4096].map(|steps| (light.marched(&medium, ray, steps, 0.0) - exact).abs());
         assert!(errors[0] > 1e-3 && errors[1] < 1e-3, "{errors:?}");
+        // The midpoint rule meets each of the visibility's steps to one of its own: first order.
+        let mean = |steps: usize| {
+            let offsets = (0..32).map(|i| (f64::from(i) + 0.5) / 32.0 - 0.5);
+            offsets.map(|offset| (light.marched(&medium, ray, steps, offset) - exact).abs()).sum::<f64>()
+                / 32.0
+        };
+        let order = (mean(256) / mean(4096)).log2() / 4.0;
+        assert!((0.8..1.2).contains(&order), "{order}");
         // Along a row, against the light, and away from the map.
         assert_eq!(light.lit([0.1, 0.1, -2.0], [1.0, 0.0, 0.0], 5.0), [LitInterval { start: 0.0, end: 5.0 }]);
         let lit = light.lit([0.1, 0.1, 3.0], [0.0, 0.0, -1.0], f64::INFINITY);
         assert_eq!(lit.len(), 1);
         assert!(lit[0].end.is_infinite() && (lit[0].start - 3.5).abs() < 1.01);
+        assert_eq!(light.settled([0.0, 0.0, 5.0], [1.0, 0.0, 0.0]), 1.0);
+        assert_eq!(light.settled([0.0, 0.0, 5.0], [0.0, 0.0, -1.0]), 6.0);
+        assert_eq!(light.settled([0.0, 0.0, 0.5], [1e-9, 0.0, -1.0]), 1.5);
+        assert_eq!(light.settled([0.0, 0.0, 0.5], [0.0, 0.0, 1.0]), 0.5);
+        assert_eq!(light.settled([3.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 0.0);
     }
 }

@@ -86,6 +86,16 @@ impl Medium {
         self.transmittance(start) * lost
     }
 
+    /// The distance before which a share `u` of [`Medium::transmitted_length`] from 0 to a finite `end` lies.
+    pub fn distance(&self, u: f64, end: f64) -> f64 {
+        let depth = self.extinction * end;
+        if depth < 1e-9 {
+            // Linear, but for a billionth.
+            return u * end;
+        }
+        -(u * (-depth).exp_m1()).ln_1p() / self.extinction
+    }
+
     /// The phase function of Henyey and Greenstein by the cosine between the directions in which light travels before
     /// and after; its integral over all directions is 1.
     pub fn phase(&self, cosine: f64) -> f64 {
@@ -120,6 +130,12 @@ mod tests {
         assert_eq!(of(0.0).transmitted_length(0.0, f64::INFINITY), f64::INFINITY);
         assert_eq!(of(1.0).transmitted_length(f64::INFINITY, f64::INFINITY), 0.0);
         assert_eq!(of(1e300).transmitted_length(0.0, 1e300), 1e-300);
+        for (extinction, u) in [(0.0, 0.3), (1e-12, 0.7), (0.5, 0.01), (40.0, 0.999)] {
+            let medium = of(extinction);
+            let share =
+                medium.transmitted_length(0.0, medium.distance(u, 3.0)) / medium.transmitted_length(0.0, 3.0);
+            assert!((share - u).abs() < 1e-9, "{extinction} {u}: {share}");
+        }
     }
 
     #[test]

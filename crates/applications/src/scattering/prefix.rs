@@ -4,7 +4,6 @@ use moment_problem::MomentBound;
 use moment_problem::arithmetic::Real;
 
 use super::Medium;
-use crate::field::{MAX_CHANNELS, Means};
 
 /// w_u = int e^(-sigma_t t) dt over the step about u delta, u = 1, 2, ... (BHS16's printed weights, half a step from the
 /// camera; the shift scales all weights alike and cancels when they are normalised).
@@ -13,43 +12,26 @@ pub fn step_weights(medium: &Medium, delta: f64, count: usize) -> Vec<f64> {
     (1..=count).map(weight).collect()
 }
 
-/// A row of normalised prefix sums: entry u holds the weighted mean of the moments of texels 0 to u.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrefixRow<R> {
-    means: Vec<Means<R>>,
+/// The same over the first: e^(-sigma_t u delta) with u from 0. No extinction makes all of them vanish.
+pub fn relative_weights(medium: &Medium, delta: f64, count: usize) -> impl Iterator<Item = f64> + use<> {
+    let medium = *medium;
+    (0..count).map(move |u| medium.transmittance(u as f64 * delta))
 }
 
-impl<R: Real> PrefixRow<R> {
-    /// From stored values, one vector a texel, and the weight of each texel.
-    ///
-    /// # Panics
-    /// If there are more values than weights.
-    pub fn new(values: &[Means<R>], weights: &[f64]) -> Self {
-        assert!(values.len() <= weights.len(), "a weight a texel");
-        let (mut sums, mut total) = ([R::zero(); MAX_CHANNELS], R::zero());
-        let means = values.iter().zip(weights).map(|(value, &weight)| {
-            let weight = R::from_f64(weight);
-            total = total + weight;
-            sums.iter_mut().zip(value).for_each(|(sum, &value)| *sum = *sum + weight * value);
-            // Where extinction leaves no weight at all, the nearest texel has the most.
-            if total > R::zero() { sums.map(|sum| sum / total) } else { values[0] }
-        });
-        Self { means: means.collect() }
-    }
-
-    /// Texels.
-    pub fn len(&self) -> usize {
-        self.means.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.means.is_empty()
-    }
-
-    /// The means up to a texel, or to the last one.
-    pub fn up_to(&self, texel: usize) -> Option<&Means<R>> {
-        self.means.get(texel.min(self.means.len().checked_sub(1)?))
+/// Normalised prefix sums in place: texel u of a row, `channels` values each, becomes the weighted mean of texels 0 to u.
+///
+/// # Panics
+/// If there are fewer weights than texels.
+pub fn prefix_means<R: Real>(row: &mut [R], channels: usize, weights: impl IntoIterator<Item = f64>) {
+    let mut weights = weights.into_iter();
+    let mut sums = vec![R::zero(); channels];
+    let mut total = R::zero();
+    for texel in row.chunks_exact_mut(channels) {
+        let Some(weight) = weights.next() else { panic!("a weight a texel") };
+        let weight = R::from_f64(weight);
+        total = total + weight;
+        sums.iter_mut().zip(&*texel).for_each(|(sum, &value)| *sum = *sum + weight * value);
+        texel.iter_mut().zip(&sums).for_each(|(value, &sum)| *value = sum / total);
     }
 }
 
@@ -70,29 +52,31 @@ pub fn adaptive_blend(cosine: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// With the distribution itself in place of moments, the prefix sums are the marched result on the same samples.
     #[test]
-    fn exact_distributions_give_the_marched_result() {
+    fn prefix_sums_are_weighted_means() {
         let medium = Medium::new(0.4, 1.0, 0.0).unwrap();
-        let (delta, count, z_f) = (0.3, 40, 0.5);
-        let depths: Vec<f64> = (0..count).map(|i| if i % 7 < 3 { 0.2 } else { 0.8 }).collect();
+        let (delta, count) = (0.3, 40);
+        let values: Vec<f64> =
+            (0..2 * count).map(|i| f64::from(u8::from(i % 7 < 3)) + 0.1 * i as f64).collect();
         let weights = step_weights(&medium, delta, count);
-        // One channel holds the shadow itself.
-        let values: Vec<Means<f64>> = depths
-            .iter()
-            .map(|&depth| std::array::from_fn(|k| if k == 0 { f64::from(depth < z_f) } else { 0.0 }))
-            .collect();
-        let row = PrefixRow::new(&values, &weights);
-        for end in [0, 6, 39, 100] {
-            let last = end.min(count - 1);
-            let lit: f64 = (0..=last).filter(|&i| depths[i] >= z_f).map(|i| weights[i]).sum();
-            let all: f64 = weights[..=last].iter().sum();
-            assert!((1.0 - row.up_to(end).unwrap()[0] - lit / all).abs() < 1e-14);
+        let mut row = values.clone();
+        prefix_means(&mut row, 2, relative_weights(&medium, delta, count));
+        for u in [0, 6, 39] {
+            for c in 0..2 {
+                let sum: f64 = (0..=u).map(|i| weights[i] * values[2 * i + c]).sum();
+                let all: f64 = weights[..=u].iter().sum();
+                assert!((row[2 * u + c] - sum / all).abs() < 1e-13);
+            }
         }
-        assert!(PrefixRow::<f64>::new(&[], &[]).up_to(0).is_none());
-        // Opaque air: only the first texel counts.
+    }
+
+    #[test]
+    fn opaque_air_shows_the_nearest_texel() {
         let thick = Medium::new(1e6, 1.0, 0.0).unwrap();
-        let row = PrefixRow::new(&values, &step_weights(&thick, delta, count));
-        assert!(row.up_to(39).unwrap()[0] == 1.0);
+        let mut row = [1.0f32, 0.0, 0.5];
+        prefix_means(&mut row, 1, relative_weights(&thick, 0.3, 3));
+        assert_eq!(row, [1.0; 3]);
+        let mut none: [f64; 0] = [];
+        prefix_means(&mut none, 4, []);
     }
 }

@@ -102,6 +102,30 @@ pub struct Frustum {
     pub corners: [[f64; 3]; 4],
 }
 
+impl Frustum {
+    /// Bounds of pi - theta over the frustum's directions of one azimuth; `None` where it has none.
+    pub fn inclinations(&self, axes: &LightAxes, phi: f64) -> Option<[f64; 2]> {
+        let corners = self.corners.map(|corner| axes.direction(minus(corner, self.apex)));
+        // r = sin(f), -z = cos(f).
+        let direction = |f: f64| [f.sin() * phi.cos(), f.sin() * phi.sin(), -f.cos()];
+        let mut crossings: Vec<f64> = (0..4)
+            .map(|k| {
+                let n = cross(corners[k], corners[(k + 1) % 4]);
+                // n . direction = 0.
+                let (along, up) = (n[0] * phi.cos() + n[1] * phi.sin(), n[2]);
+                up.atan2(along).rem_euclid(PI)
+            })
+            .chain([0.0, PI])
+            .collect();
+        crossings.sort_by(f64::total_cmp);
+        let inside =
+            crossings.windows(2).filter(|ends| contains(&corners, direction(0.5 * (ends[0] + ends[1]))));
+        inside.fold(None, |all: Option<[f64; 2]>, ends| {
+            Some(all.map_or([ends[0], ends[1]], |[low, high]| [low.min(ends[0]), high.max(ends[1])]))
+        })
+    }
+}
+
 /// Bounds that cover a frustum, and the grid over them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectification {
@@ -190,14 +214,28 @@ impl Rectification {
 
     /// The row of an azimuth.
     pub fn row(&self, phi: f64) -> usize {
-        let offset = (phi - self.phi_start).rem_euclid(TAU);
-        ((offset / self.phi_extent * self.size[1] as f64) as usize).min(self.size[1] - 1)
+        (self.row_place(phi) as usize).min(self.size[1] - 1)
+    }
+
+    /// The place of an azimuth between rows: the middle of the first is 0.5.
+    fn row_place(&self, phi: f64) -> f64 {
+        (phi - self.phi_start).rem_euclid(TAU) / self.phi_extent * self.size[1] as f64
+    }
+
+    /// Whether rows go around the camera, so that the last one is the first one's neighbour.
+    pub fn wraps(&self) -> bool {
+        self.phi_extent == TAU
+    }
+
+    /// Azimuth of the middle of a row.
+    pub fn azimuth(&self, row: usize) -> f64 {
+        self.phi_start + (row as f64 + 0.5) * self.phi_extent / self.size[1] as f64
     }
 
     /// Place of a texel's middle in light space, relative to the camera.
     pub fn texel(&self, column: usize, row: usize) -> [f64; 2] {
         let r = (column as f64 + 0.5) * self.column_width();
-        let phi = self.phi_start + (row as f64 + 0.5) * self.phi_extent / self.size[1] as f64;
+        let phi = self.azimuth(row);
         [r * phi.cos(), r * phi.sin()]
     }
 
@@ -288,6 +326,9 @@ mod tests {
                 (low, high, far) = (low.min(at.flipped), high.max(at.flipped), far.max(at.r));
                 let offset = (at.phi - found.phi_start).rem_euclid(TAU);
                 assert!(offset <= found.phi_extent || at.r < 1e-9, "{at:?} {found:?}");
+                let of_row = frustum.inclinations(&axes, at.phi);
+                let within = |[low, high]: [f64; 2]| (low - 1e-6..=high + 1e-6).contains(&at.flipped);
+                assert!(of_row.is_some_and(within) || at.r < 1e-9, "{at:?} {of_row:?}");
             }
             let [least, most] = found.flipped;
             assert!(low >= least - 1e-9 && high <= most + 1e-9 && far <= found.r_max + 1e-9);

@@ -93,18 +93,25 @@ impl AreaTruth {
         from: Option<u32>,
         stream: u64,
     ) -> OccludedFraction {
+        let mut last = LastOccluder::default();
+        self.fraction(stream, |point| {
+            let direction = light.towards(receiver, point);
+            let segment = Segment { origin: receiver, direction, endless: light.at_infinity, from };
+            scene.occludes_again(&segment, &mut last)
+        })
+    }
+
+    /// The fraction of the unit square for which rays are occluded. Different `stream`s have independent points.
+    pub fn fraction(&self, stream: u64, mut is_occluded: impl FnMut([f64; 2]) -> bool) -> OccludedFraction {
         let mut random = Random::stream(self.settings.seed, stream);
         let shifts: [u64; REPLICATES] = std::array::from_fn(|_| random.next_bits());
         let most = self.nets[0].len();
         let mut hits = [0usize; REPLICATES];
         let (mut sent, mut next) = (0, FIRST_RAYS);
-        let mut last = LastOccluder::default();
         loop {
             for ((net, &shift), hits) in self.nets.iter().zip(&shifts).zip(&mut hits) {
                 for index in sent..next {
-                    let direction = light.towards(receiver, net.shifted(index, shift));
-                    let segment = Segment { origin: receiver, direction, endless: light.at_infinity, from };
-                    *hits += usize::from(scene.occludes_again(&segment, &mut last));
+                    *hits += usize::from(is_occluded(net.shifted(index, shift)));
                 }
             }
             sent = next;

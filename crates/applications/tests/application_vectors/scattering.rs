@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use applications::field::Means;
+use applications::field::{MAX_CHANNELS, Means};
 use applications::scattering::{
-    LightAxes, LightMap, Medium, PrefixRow, Rectification, Rectified, adaptive_blend, resample, scattered,
+    LightAxes, LightMap, Medium, Rectification, Rectified, adaptive_blend, prefix_means, resample, scattered,
     step_weights,
 };
 use libtest_mimic::Failed;
@@ -143,8 +143,11 @@ fn powers(depth: f64) -> Means<DoubleDouble> {
     })
 }
 
-fn prefix(depths: &[f64], weights: &[f64]) -> PrefixRow<DoubleDouble> {
-    PrefixRow::new(&depths.iter().map(|&depth| powers(depth)).collect::<Vec<_>>(), weights)
+/// Means of the powers of texels 0 to u.
+fn prefix(depths: &[f64], weights: &[f64]) -> Vec<Means<DoubleDouble>> {
+    let mut row: Vec<DoubleDouble> = depths.iter().flat_map(|&depth| powers(depth)).collect();
+    prefix_means(&mut row, MAX_CHANNELS, weights.iter().copied());
+    row.chunks_exact(MAX_CHANNELS).map(|texel| std::array::from_fn(|k| texel[k])).collect()
 }
 
 pub fn prefix_sums(table: &Table) -> Result<(), Failed> {
@@ -159,7 +162,7 @@ pub fn prefix_sums(table: &Table) -> Result<(), Failed> {
         let sums = prefix(&depths, &weights);
         for (column, k) in [("prefix_b1", 0), ("prefix_b2", 1), ("prefix_b3", 2), ("prefix_b6", 5)] {
             for (u, expected) in row.list(column)?.iter().enumerate() {
-                let got = sums.up_to(u).ok_or("an empty row")?[k].to_f64();
+                let got = sums.get(u).ok_or("an empty row")?[k].to_f64();
                 close(column, got, *expected, ROUNDING * (expected + 1e-3))?;
             }
         }
@@ -174,7 +177,7 @@ fn bounds_met(row: &Row, depths: &[f64], weights: &[f64], z_f: f64) -> Result<()
     let shares: Vec<f64> = weights.iter().map(|weight| weight / total).collect();
     let z = DepthDistribution::new(depths, &shares).map_err(|e| e.to_string())?;
     let sums = prefix(depths, weights);
-    let moments = sums.up_to(depths.len()).ok_or("an empty row")?;
+    let moments = sums.last().ok_or("an empty row")?;
     let exact = DoubleDouble::from;
     for (order, bound) in [(4, MomentBound::Hamburger4), (6, MomentBound::Hamburger6)] {
         let [lower, upper] = row.numbers([&format!("lower{order}"), &format!("upper{order}")])?;
@@ -199,7 +202,7 @@ pub fn look_ups(table: &Table) -> Result<(), Failed> {
         let depths = row.list("depths")?;
         let weights = step_weights(&medium, delta, depths.len());
         let sums = prefix(&depths, &weights);
-        for (k, moment) in sums.up_to(depths.len()).ok_or("an empty row")?.iter().take(6).enumerate() {
+        for (k, moment) in sums.last().ok_or("an empty row")?.iter().take(6).enumerate() {
             row.close(&format!("b{}", k + 1), moment.to_f64(), ROUNDING)?;
         }
         let total: f64 = weights.iter().sum();

@@ -4,6 +4,7 @@ pub(crate) mod bounds;
 pub(crate) mod filterable;
 pub(crate) mod quantization;
 pub(crate) mod search;
+pub(crate) mod single_scattering;
 pub(crate) mod soft_shadows;
 pub(crate) mod speed_accuracy;
 pub(crate) mod stability;
@@ -19,4 +20,5 @@ pub(crate) static KINDS: &[Kind] = &[
     Kind::of::<stability::StabilityExperiment>(),
     Kind::of::<speed_accuracy::SpeedAccuracyExperiment>(),
     Kind::of::<soft_shadows::SoftShadowsExperiment>(),
+    Kind::of::<single_scattering::SingleScatteringExperiment>(),
 ];

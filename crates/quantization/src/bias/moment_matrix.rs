@@ -102,7 +102,7 @@ impl MomentMatrix {
     }
 
     /// Whether B is positive definite, so that Problem 1 of MSM15 has a solution for b.
-    pub(crate) fn is_valid(&self, b: &[f64]) -> bool {
+    pub fn is_valid(&self, b: &[f64]) -> bool {
         self.pivots(b, |_| {})
     }
 

@@ -7,6 +7,8 @@ use std::str::FromStr;
 /// How one channel of a texel is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NumberFormat {
+    /// 8 bits that stand for 0 to 1.
+    Unorm8,
     /// 10 bits that stand for 0 to 1, three to a R10G10B10A2 texel.
     Unorm10,
     /// 16 bits that stand for 0 to 1.
@@ -40,7 +42,7 @@ enum Coding {
 }
 
 impl NumberFormat {
-    /// Name in experiments: `unorm10`, `unorm16`, `f16`, `f32`, `u32/N`.
+    /// Name in experiments: `unorm8`, `unorm10`, `unorm16`, `f16`, `f32`, `u32/N`.
     pub fn name(self) -> String {
         self.to_string()
     }
@@ -48,6 +50,7 @@ impl NumberFormat {
     /// Bits of a channel.
     pub fn bits(self) -> usize {
         match self {
+            Self::Unorm8 => 8,
             Self::Unorm10 => 10,
             Self::Unorm16 | Self::F16 => 16,
             Self::F32 | Self::U32Fixed { .. } => 32,
@@ -59,12 +62,15 @@ impl NumberFormat {
     pub fn bits_per_texel(self, channels: usize) -> usize {
         match self {
             Self::Unorm10 => 32 * channels.div_ceil(3),
-            Self::Unorm16 | Self::F16 | Self::F32 | Self::U32Fixed { .. } => self.bits() * channels,
+            Self::Unorm8 | Self::Unorm16 | Self::F16 | Self::F32 | Self::U32Fixed { .. } => {
+                self.bits() * channels
+            }
         }
     }
 
     fn coding(self) -> Coding {
         match self {
+            Self::Unorm8 => Coding::Fixed { steps: 255.0 },
             Self::Unorm10 => Coding::Fixed { steps: 1023.0 },
             Self::Unorm16 => Coding::Fixed { steps: 65535.0 },
             Self::U32Fixed { texels } => Coding::Fixed { steps: f64::from(Self::fixed_point_scale(texels)) },
@@ -125,6 +131,7 @@ impl NumberFormat {
             }
         };
         match self {
+            Self::Unorm8 => (clamped(0.0, 1.0) * 255.0 + 0.5).floor() / 255.0,
             Self::Unorm10 => (clamped(0.0, 1.0) * 1023.0 + 0.5).floor() / 1023.0,
             Self::Unorm16 => (clamped(0.0, 1.0) * 65535.0 + 0.5).floor() / 65535.0,
             Self::F16 => round_half(clamped(-LARGEST_F16 as f32, LARGEST_F16 as f32)),
@@ -186,6 +193,7 @@ fn half_value(code: u32) -> f64 {
 impl fmt::Display for NumberFormat {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Unorm8 => f.write_str("unorm8"),
             Self::Unorm10 => f.write_str("unorm10"),
             Self::Unorm16 => f.write_str("unorm16"),
             Self::F16 => f.write_str("f16"),
@@ -201,6 +209,7 @@ impl FromStr for NumberFormat {
     fn from_str(text: &str) -> Result<Self, QuantizationError> {
         let fixed = |digits: &str| digits.parse().ok().filter(|&texels| texels > 0);
         match text {
+            "unorm8" => Ok(Self::Unorm8),
             "unorm10" => Ok(Self::Unorm10),
             "unorm16" => Ok(Self::Unorm16),
             "f16" => Ok(Self::F16),
@@ -210,7 +219,7 @@ impl FromStr for NumberFormat {
                 None => Err(QuantizationError::Parameter {
                     key: "format",
                     value: text.to_owned(),
-                    reason: "known are unorm10, unorm16, f16, f32 and u32/N for kernels of at most N texels"
+                    reason: "known are unorm8, unorm10, unorm16, f16, f32 and u32/N for kernels of at most N texels"
                         .to_owned(),
                 }),
             },
@@ -261,7 +270,14 @@ mod tests {
         values.extend((-120..120).map(|e| 1.000_33 * 2f32.powf(e as f32 / 4.0)));
         values.extend((0..4000).map(|i| i as f32 * 1.9e-8));
         values.extend([0.0, 1.0, -1.0, 2.0, 65519.0, -1e9, 1.0 + 2f32.powi(-11), f32::INFINITY, f32::NAN]);
-        for format in [NumberFormat::Unorm10, NumberFormat::Unorm16, NumberFormat::F16, NumberFormat::F32] {
+        let formats = [
+            NumberFormat::Unorm8,
+            NumberFormat::Unorm10,
+            NumberFormat::Unorm16,
+            NumberFormat::F16,
+            NumberFormat::F32,
+        ];
+        for format in formats {
             for &value in &values {
                 let (single, double) = (format.round_single(value), format.round(f64::from(value)));
                 // Products with 65535 may round across a tie in single precision.
@@ -274,11 +290,17 @@ mod tests {
 
     #[test]
     fn names_are_read_as_they_are_written() {
-        let formats = [NumberFormat::Unorm10, NumberFormat::Unorm16, NumberFormat::F16, NumberFormat::F32];
+        let formats = [
+            NumberFormat::Unorm8,
+            NumberFormat::Unorm10,
+            NumberFormat::Unorm16,
+            NumberFormat::F16,
+            NumberFormat::F32,
+        ];
         for format in formats.into_iter().chain([NumberFormat::U32Fixed { texels: 81 }]) {
             assert_eq!(format.name().parse::<NumberFormat>().unwrap(), format);
         }
-        for text in ["unorm8", "u32/0", "u32/x", ""] {
+        for text in ["unorm9", "u32/0", "u32/x", ""] {
             assert!(text.parse::<NumberFormat>().unwrap_err().to_string().contains(text));
         }
     }

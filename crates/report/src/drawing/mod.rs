@@ -3,6 +3,7 @@
 mod bound_chart;
 mod canvas;
 mod chart;
+mod dots;
 mod error_sheet;
 mod hover;
 mod kernel;
@@ -14,6 +15,7 @@ pub(crate) use canvas::{
     Area, Drawn, F_STROKE, FINE, LEGEND_ROW, Stroke, anchored, font, legend, line, mesh, power_of_ten, svg,
 };
 pub(crate) use chart::{Arrow, Chart, Curve, DEPTH_LABEL, INTENSITY_LABEL};
+pub(crate) use dots::{DotChart, DotRow};
 pub(crate) use error_sheet::{ErrorColours, error_sheet};
 pub(crate) use hover::{around, escaped, grid, spot};
 pub(crate) use kernel::{Outlined, TITLE, WIDTH, beside_charts, draw_title};

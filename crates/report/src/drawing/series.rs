@@ -13,7 +13,7 @@ const ZERO: f64 = 1.0 / 3.0;
 pub(crate) struct SeriesPoint {
     /// At least 0.
     pub(crate) x: f64,
-    /// What stands below it.
+    /// What stands below it; nothing between ticks.
     pub(crate) tick: String,
     pub(crate) y: f64,
     /// What a pointer sees.
@@ -48,7 +48,8 @@ impl SeriesChart<'_> {
         let first = points().map(place).fold(f64::INFINITY, f64::min);
         let last = points().map(|p| p.x).fold(0.0, f64::max);
         let highest = points().map(|p| p.y).fold(0.0, f64::max);
-        let mut ticks: Vec<(f64, &str)> = points().map(|p| (place(p), p.tick.as_str())).collect();
+        let named = points().filter(|p| !p.tick.is_empty());
+        let mut ticks: Vec<(f64, &str)> = named.map(|p| (place(p), p.tick.as_str())).collect();
         ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
         ticks.dedup();
         let mut builder = ChartBuilder::on(&plot);

@@ -6,6 +6,7 @@ mod quantization;
 pub(crate) mod reference;
 pub(crate) mod rows;
 mod search;
+mod single_scattering;
 mod soft_shadows;
 mod speed_accuracy;
 mod stability;
@@ -33,6 +34,7 @@ const KINDS: &[&KindPage] = &[
     &stability::PAGE,
     &speed_accuracy::PAGE,
     &soft_shadows::PAGE,
+    &single_scattering::PAGE,
 ];
 
 /// Error of four power moments over that of trigonometric moments, 2.19 % / 1.93 % (MSM15 section 3.2).

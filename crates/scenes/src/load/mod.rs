@@ -46,7 +46,7 @@ pub struct PoseChoice {
     pub time: Option<f64>,
 }
 
-/// Loads a procedural scene by name (`stairs`, `village`, `grove`, with [`procedural::DEFAULT_SEED`]) or a
+/// Loads a procedural scene by name (`stairs`, `village`, `grove`, `hall`, with [`procedural::DEFAULT_SEED`]) or a
 /// `.glb`, `.gltf` or `.obj` file by path (extension in any case), as the default [`LoadOptions`] say.
 ///
 /// The first view, `default`, lights a file along (0.8, -0.6, 0.35); the file's own lights follow by name. If it has no ground,

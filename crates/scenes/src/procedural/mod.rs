@@ -6,6 +6,7 @@
 //! between implementations of the sine.
 
 mod grove;
+mod hall;
 mod mesh;
 mod stairs;
 mod village;
@@ -17,13 +18,14 @@ use mesh::SceneMesh;
 pub const DEFAULT_SEED: u64 = 2015;
 
 /// Names of the procedural scenes.
-pub const NAMES: [&str; 3] = ["stairs", "village", "grove"];
+pub const NAMES: [&str; 4] = ["stairs", "village", "grove", "hall"];
 
 /// Makes the scene called `name` (one of [`NAMES`]); `None` if there is no such scene.
 ///
 /// - `stairs`: flights of stairs between colonnades and railings, a winged torus knot in flight above them.
 /// - `village`: houses with walls, floors, windows and shingled roofs, fences, and a hollow tower.
 /// - `grove`: branching trees with alpha-tested leaf cards.
+/// - `hall`: a hall with windows, a roof of slats, benches, and a colonnade towards its open side; its camera stands inside.
 ///
 /// Each has its own ground, a camera, 50 to 300 thousand triangles and six light views: `high`, `oblique`,
 /// `long` (long shadows beside contact shadows) and `grazing` (a few degrees above the horizon) without extent, `wide`, a
@@ -34,6 +36,7 @@ pub fn procedural(name: &str, seed: u64) -> Option<Scene> {
         "stairs" => stairs::build(seed),
         "village" => village::build(seed),
         "grove" => grove::build(seed),
+        "hall" => hall::build(seed),
         _ => return None,
     };
     let views = ["high", "oblique", "long", "grazing"]

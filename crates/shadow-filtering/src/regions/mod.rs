@@ -59,9 +59,11 @@ impl Technique {
         self.check_kernel(kernel)?;
         Ok(match self.encoding().format() {
             NumberFormat::U32Fixed { texels } => Box::new(BoxField::new(self, map, kernel, texels)?),
-            NumberFormat::Unorm10 | NumberFormat::Unorm16 | NumberFormat::F16 | NumberFormat::F32 => {
-                Box::new(KernelField::stored(self, map, kernel)?)
-            }
+            NumberFormat::Unorm8
+            | NumberFormat::Unorm10
+            | NumberFormat::Unorm16
+            | NumberFormat::F16
+            | NumberFormat::F32 => Box::new(KernelField::stored(self, map, kernel)?),
         })
     }
 

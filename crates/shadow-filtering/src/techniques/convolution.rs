@@ -10,6 +10,8 @@
 //! that over all t, stays below \[t > 0\] everywhere, hence E\[q(z_f - z)\] <= F_Z(z_f). P = 1 + 2 delta keeps the
 //! falling edge of the wave out of reach. Damping and delta are those of least area between q and the test over t in
 //! \[-1, 1\], because ringing below 0 behind the receiver costs as much as a soft edge in front of it.
+//!
+//! Where no lower bound is wanted, `fourier` takes the series as it is published: no damping, delta = 0, P = 1, and p itself.
 
 use super::{Parts, count_of};
 use crate::basis::DepthBasis;
@@ -36,9 +38,16 @@ struct Convolution {
     delta: f64,
     low: f64,
     high: f64,
+    is_lower_bound: bool,
 }
 
 impl Convolution {
+    /// The truncated series itself, which rings to both sides of the shadow test.
+    fn series_itself(coefficients: usize) -> Self {
+        let amplitudes = (1..=coefficients).map(|k| 2.0 / PI / (2 * k - 1) as f64).collect();
+        Self { frequency: PI, amplitudes, delta: 0.0, low: 0.0, high: 1.0, is_lower_bound: false }
+    }
+
     /// The damping and delta of least area; M is 1 to [`MAX_COEFFICIENTS`].
     fn new(coefficients: usize) -> Option<Self> {
         let mut best: Option<(f64, Self)> = None;
@@ -70,6 +79,7 @@ impl Convolution {
             delta,
             low: 0.0,
             high: 1.0,
+            is_lower_bound: true,
         };
         (technique.low, technique.high) = technique.extrema(NODES_PER_WAVE.0);
         technique
@@ -134,7 +144,8 @@ impl DepthBasis for Convolution {
 
 impl ShadowBound for Convolution {
     fn name(&self) -> String {
-        format!("CSM, M = {}", self.amplitudes.len())
+        let name = if self.is_lower_bound { "CSM" } else { "Fourier series" };
+        format!("{name}, M = {}", self.amplitudes.len())
     }
 
     fn shade<R: Real>(&self, b: &[R], z_f: R) -> R {
@@ -145,6 +156,10 @@ impl ShadowBound for Convolution {
             sum = sum + R::from_f64(self.amplitudes[k]) * wave;
         });
         ((sum - R::from_f64(self.low)) / R::from_f64(self.high - self.low)).clamp_unit()
+    }
+
+    fn is_lower_bound(&self) -> bool {
+        self.is_lower_bound
     }
 
     fn shader(&self) -> Option<String> {
@@ -169,6 +184,13 @@ pub(crate) fn parts(spec: &TechniqueSpec) -> Result<Parts, FilteringError> {
         FilteringError::parameter("coefficients", coefficients, "leave nothing to choose from")
     })?;
     Ok(Parts::new(convolution.clone(), convolution))
+}
+
+/// The same for the series itself.
+pub(crate) fn series_parts(spec: &TechniqueSpec) -> Result<Parts, FilteringError> {
+    let coefficients = count_of("coefficients", spec.coefficients, MAX_COEFFICIENTS)?;
+    let series = Convolution::series_itself(coefficients);
+    Ok(Parts::new(series.clone(), series))
 }
 
 #[cfg(test)]
@@ -207,6 +229,10 @@ mod tests {
                 assert!(csm.response(t) <= if t > 0.0 { 1.0 } else { 0.0 }, "{coefficients} at {t}");
             }
         }
+        // The series itself overshoots by Gibbs's 9 % and is exact halfway.
+        let series = Convolution::series_itself(16);
+        let most = (0..1000).map(|i| series.response(f64::from(i) / 1000.0)).fold(0.0, f64::max);
+        assert!((most - 1.0895).abs() < 1e-3 && (series.response(0.0) - 0.5).abs() < 1e-15, "{most}");
         let fine = Convolution::new(64).unwrap();
         for i in 1..20 {
             let t = f64::from(i) / 20.0;

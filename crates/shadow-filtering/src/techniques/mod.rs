@@ -39,6 +39,7 @@ pub(crate) const FAMILIES: &[Family] = &[
     own("evsm", &["exponent", "negative_exponent"], exponential_variance::parts),
     own("lvsm", &["layers"], layered_variance::parts),
     own("csm", &["coefficients"], convolution::parts),
+    own("fourier", &["coefficients"], convolution::series_parts),
     own("certified", &["basis"], certified::parts),
     moments("hamburger2", MomentBound::Hamburger2),
     moments("hamburger4", MomentBound::Hamburger4),
@@ -110,7 +111,10 @@ fn exponent_of(
     let limit = match format {
         NumberFormat::F16 => half,
         NumberFormat::F32 => single,
-        NumberFormat::Unorm10 | NumberFormat::Unorm16 | NumberFormat::U32Fixed { .. } => {
+        NumberFormat::Unorm8
+        | NumberFormat::Unorm10
+        | NumberFormat::Unorm16
+        | NumberFormat::U32Fixed { .. } => {
             let reason = "cannot hold exponential warps, f16 and f32 can";
             return Err(FilteringError::parameter("format", format, reason));
         }

@@ -5,7 +5,7 @@ pub(crate) mod raster;
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
 use scenes::vector::{dot, minus, normalize};
-use scenes::{AreaLight, LightView, Scene};
+use scenes::{AreaLight, Camera, LightView, Scene};
 
 use crate::{LightFrame, RenderError, ShadowMapStack};
 
@@ -47,7 +47,15 @@ impl Frame {
     /// [`RenderError::MapSize`] for a size outside of 1..=[`crate::MAX_MAP_SIZE`], [`RenderError::Camera`] for a
     /// camera that cannot see, [`RenderError::Scene`] as for stacks.
     pub fn render(scene: &Scene, width: u32, height: u32) -> Result<Self, RenderError> {
-        raster::render(scene, width, height)
+        Self::render_from(scene, &scene.camera, [width, height])
+    }
+
+    /// The same from another camera.
+    ///
+    /// # Errors
+    /// As [`Frame::render`].
+    pub fn render_from(scene: &Scene, camera: &Camera, size: [u32; 2]) -> Result<Self, RenderError> {
+        raster::render(scene, camera, size)
     }
 
     /// Gives all surfaces one grey, so that nothing but light and shadow is seen.
@@ -107,6 +115,25 @@ impl Frame {
             let light = AMBIENT * ambient + (1.0 - AMBIENT) * cosine * visibility[i];
             encode(self.albedo[i].map(|c| c * light))
         })
+    }
+}
+
+/// The rays through the pixels of a picture.
+pub struct ViewRays(raster::View);
+
+impl ViewRays {
+    /// Of a camera and a size in pixels.
+    ///
+    /// # Errors
+    /// [`RenderError::Camera`] for a camera that cannot see.
+    pub fn new(camera: &Camera, [width, height]: [u32; 2]) -> Result<Self, RenderError> {
+        Ok(Self(raster::View::new(camera, width, height)?))
+    }
+
+    /// The world direction through a point in pixels from the top left corner, of length 1 along the view; the first pixel's
+    /// centre is (0.5, 0.5).
+    pub fn through(&self, at: [f64; 2]) -> [f64; 3] {
+        self.0.direction(at)
     }
 }
 

@@ -96,8 +96,13 @@ impl View {
 
     /// World direction through a pixel's centre, of length 1 along the view.
     fn ray(&self, x: u32, y: u32) -> [f64; 3] {
-        let across = (2.0 * (f64::from(x) + 0.5) / self.size[0] - 1.0) * self.half[0];
-        let down = (2.0 * (f64::from(y) + 0.5) / self.size[1] - 1.0) * self.half[1];
+        self.direction([x, y].map(|pixel| f64::from(pixel) + 0.5))
+    }
+
+    /// The same through any point in pixels.
+    pub(crate) fn direction(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let across = (2.0 * x / self.size[0] - 1.0) * self.half[0];
+        let down = (2.0 * y / self.size[1] - 1.0) * self.half[1];
         [0, 1, 2].map(|k| self.forward[k] + across * self.right[k] - down * self.up[k])
     }
 
@@ -171,14 +176,14 @@ pub(crate) fn flat_normal(scene: &Scene, triangle: usize) -> [f32; 3] {
     normalize(cross(minus(b, a), minus(c, a))).map(|c| c as f32)
 }
 
-/// Whether the scene's camera looks at the back of a triangle that has none.
-pub(crate) fn is_hidden(scene: &Scene, triangle: usize) -> bool {
+/// Whether an eye looks at the back of a triangle that has none.
+pub(crate) fn is_hidden(scene: &Scene, eye: [f32; 3], triangle: usize) -> bool {
     let material = scene.triangle_material[triangle] as usize;
     if !scene.materials[material].one_sided {
         return false;
     }
     let [a, b, c] = scene.triangles[triangle].map(|i| scene.vertices[i as usize].position.map(f64::from));
-    dot(cross(minus(b, a), minus(c, a)), minus(scene.camera.eye.map(f64::from), a)) <= 0.0
+    dot(cross(minus(b, a), minus(c, a)), minus(eye.map(f64::from), a)) <= 0.0
 }
 
 /// Albedo where a triangle is seen.
@@ -233,18 +238,22 @@ impl<'a> Paint<'a> {
     }
 }
 
-pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, RenderError> {
+pub(crate) fn render(
+    scene: &Scene,
+    camera: &Camera,
+    [width, height]: [u32; 2],
+) -> Result<Frame, RenderError> {
     check_size(width, height)?;
     scene.check()?;
     // Masks are checked as for stacks.
     crate::stack::fixed_point::Masks::new(scene)?;
-    let view = View::new(&scene.camera, width, height)?;
+    let view = View::new(camera, width, height)?;
     let position = |i: u32| scene.vertices[i as usize].position.map(f64::from);
     let pieces: Vec<(u32, PreparedTriangle)> = scene
         .triangles
         .par_iter()
         .enumerate()
-        .filter(|(index, _)| !is_hidden(scene, *index))
+        .filter(|(index, _)| !is_hidden(scene, camera.eye, *index))
         .flat_map_iter(|(index, triangle)| {
             let polygon = view.clip(triangle.map(|i| view.camera_space(position(i))));
             let pixels: Vec<[i32; 2]> = polygon.iter().map(|&c| view.pixel(c)).collect();

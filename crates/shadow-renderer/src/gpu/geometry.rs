@@ -157,7 +157,7 @@ impl Geometry {
                 texture: textures.of_material(number),
             }
         };
-        let corners = upload(gpu, scene, |triangle| !is_hidden(scene, triangle), corner);
+        let corners = upload(gpu, scene, |triangle| !is_hidden(scene, scene.camera.eye, triangle), corner);
         let buffers = MaskBuffers::upload(gpu, &masks);
         Ok(Self { corners, masks, buffers, textures })
     }

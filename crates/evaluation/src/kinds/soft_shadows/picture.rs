@@ -7,7 +7,7 @@ use super::settings::SoftPicture;
 use super::view::{Point, SoftView};
 use crate::error::EvaluationError;
 use crate::kinds::filterable::map_name;
-use crate::pictures::{png, side_by_side, signed_grey};
+use crate::pictures::{neighbours, png, side_by_side, signed_grey};
 use crate::run_directory::RecordedFile;
 use crate::statistics::rounded;
 use applications::Application;
@@ -131,17 +131,13 @@ fn draw_one(
 /// Mean difference of the errors of neighbours whose truths are close and lie in a penumbra: stripes and noise.
 fn roughness(width: usize, truth: &[Option<f64>], errors: &[Option<f64>]) -> f64 {
     let (mut sum, mut count) = (0.0, 0usize);
-    for (i, (t, e)) in truth.iter().zip(errors).enumerate() {
-        let right = (i % width + 1 < width).then_some(i + 1);
-        let below = (i + width < truth.len()).then_some(i + width);
-        for j in [right, below].into_iter().flatten() {
-            if let (Some(t), Some(e), Some(other), Some(error)) = (*t, *e, truth[j], errors[j])
-                && (t - other).abs() < SMOOTH
-                && (0.01..=0.99).contains(&t)
-            {
-                sum += (e - error).abs();
-                count += 1;
-            }
+    for (i, j) in neighbours(width, truth.len()) {
+        if let (Some(t), Some(e), Some(other), Some(error)) = (truth[i], errors[i], truth[j], errors[j])
+            && (t - other).abs() < SMOOTH
+            && (0.01..=0.99).contains(&t)
+        {
+            sum += (e - error).abs();
+            count += 1;
         }
     }
     sum / count.max(1) as f64

@@ -17,7 +17,7 @@ const DEPTH_BYTES: f64 = 8.0;
 pub(crate) const OPERATIONS_PER_BYTE: f64 = 16.0;
 
 /// A texture fetch of up to four channels, in operations.
-const FETCH: f64 = shadow_filtering::SPECIAL as f64;
+pub(crate) const FETCH: f64 = shadow_filtering::SPECIAL as f64;
 
 /// Modelled cost of a frame.
 #[derive(Clone, Copy, Debug)]

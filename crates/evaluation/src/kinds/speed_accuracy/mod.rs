@@ -14,6 +14,8 @@ mod scenery;
 mod settings;
 mod timing;
 
+pub(crate) use cost::{FETCH, FrameCost};
+
 pub use advise::{Advice, AdviceOptions, Choice, Nothing};
 pub use frames::COMPARED_FRAME;
 pub use records::{FrameRoute, FrameSample, OrderShare, SpeedAccuracyRecord, SpeedSample};

@@ -1,0 +1,170 @@
+//! WGSL twins of the methods as compute modules, for maps of a given size. Their bindings stand in the modules, all in group 0;
+//! the uniform is [`scattering_uniform`].
+
+use moment_problem::wgsl::ELEMENTARY;
+use quantization::NumberFormat;
+use shaders::{count, unroll};
+use shadow_filtering::Technique;
+
+use super::{Blending, Rectification, SingleScattering, StoredPrefixes};
+
+const RECTIFIED: &str = include_str!("rectified.wgsl");
+const RESAMPLE: &str = include_str!("resample.wgsl");
+const PREFIX_MAP: &str = include_str!("prefix_map.wgsl");
+const LOOK_UP: &str = include_str!("look_up.wgsl");
+const MARCH: &str = include_str!("march.wgsl");
+
+/// Bytes of workgroup memory that every adapter has.
+const WORKGROUP_BYTES: usize = 16_384;
+
+/// Most threads of a row.
+const MOST_THREADS: usize = 128;
+
+/// What shaders read as `Scattering`.
+pub fn scattering_uniform(view: &SingleScattering<'_>, rectification: &Rectification) -> [f32; 16] {
+    let camera = view.axes.direction(view.camera);
+    let light = &view.light;
+    let origin = [0, 1].map(|k| (camera[k] - light.corner[k]) / light.texel[k]);
+    let [least, most] = rectification.flipped;
+    let rows = rectification.size[1] as f64;
+    [
+        origin[0],
+        origin[1],
+        1.0 / light.texel[0],
+        1.0 / light.texel[1],
+        light.near - camera[2],
+        light.range,
+        rectification.column_width(),
+        rectification.r_max,
+        rectification.phi_start,
+        rows / rectification.phi_extent,
+        least,
+        1.0 / (most - least),
+        view.medium.extinction(),
+        f64::from(u8::from(rectification.wraps())),
+        0.0,
+        0.0,
+    ]
+    .map(|value| value as f32)
+}
+
+/// Words of 32 bits of a texel of the prefix map.
+pub fn prefix_words(technique: &Technique) -> usize {
+    technique.channels().div_ceil(values_a_word(technique.encoding().format()))
+}
+
+fn values_a_word(format: NumberFormat) -> usize {
+    match format {
+        NumberFormat::Unorm8 => 4,
+        NumberFormat::Unorm10 => 3,
+        NumberFormat::Unorm16 | NumberFormat::F16 => 2,
+        NumberFormat::F32 | NumberFormat::U32Fixed { .. } => 1,
+    }
+}
+
+/// Resamples a shadow map of any size without a filter. Entry point `resample`, 64 texels a group.
+pub fn resample_shader(size: [usize; 2]) -> String {
+    joined(&of_size(size), &[ELEMENTARY, RECTIFIED, RESAMPLE])
+}
+
+/// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats and
+/// margins that it does not know.
+pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
+    let technique = stored.technique;
+    let [quantise, _] = technique.transform_wgsl();
+    // A power of two of rows of sums fits.
+    let most = (WORKGROUP_BYTES / (4 * (technique.channels() + 1))).min(MOST_THREADS);
+    let threads = 1usize << most.checked_ilog2()?;
+    let constants = of_size(size) + &count("THREADS", threads);
+    let functions = functions(stored)?;
+    let store = words(technique, true)?;
+    Some(joined(&constants, &[&functions, RECTIFIED, &quantise, PREFIX_MAP, &store]))
+}
+
+/// Looks rays up. Entry point `look_up`, 64 rays a group. `None` as for [`prefix_map_shader`].
+pub fn look_up_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
+    let technique = stored.technique;
+    let [_, dequantise] = technique.transform_wgsl();
+    let blended = "    let pair = biased_bounds(b, depth);\n    return pair.x + beta * (pair.y - pair.x);\n";
+    let has_upper = technique.bound().has_upper();
+    let (beta, answer) = match stored.blending {
+        Blending::Adaptive if has_upper => ("let beta = clamp_unit(0.5 + 0.5 * cosine);".to_owned(), blended),
+        Blending::Fixed(beta) if has_upper => (format!("let beta = {:?}f;", beta as f32), blended),
+        Blending::Adaptive => return None,
+        Blending::Fixed(_) => (String::new(), "    return shade(b, depth);\n"),
+    };
+    let shadowed = format!(
+        "fn shadowed(b: array<f32, CHANNELS>, depth: f32, cosine: f32) -> f32 {{\n    {beta}\n{answer}}}\n"
+    );
+    let functions = functions(stored)?;
+    let load = words(technique, false)?;
+    Some(joined(&of_size(size), &[&functions, RECTIFIED, &dequantise, &shadowed, LOOK_UP, &load]))
+}
+
+/// Marches rays with so many steps. Entry point `march`, 64 rays a group.
+pub fn march_shader(steps: usize) -> String {
+    joined(&count("STEPS", steps), &[ELEMENTARY, RECTIFIED, MARCH])
+}
+
+fn joined(constants: &str, parts: &[&str]) -> String {
+    unroll(&format!("{constants}\n{}", parts.join("\n")))
+}
+
+fn of_size([columns, rows]: [usize; 2]) -> String {
+    count("COLUMNS", columns) + &count("ROWS", rows)
+}
+
+/// `encode` and the bound.
+fn functions(stored: &StoredPrefixes<'_>) -> Option<String> {
+    (stored.margin == 0.0).then(|| stored.technique.real_time()?.shader())?
+}
+
+/// `store(texel, values)` or `load(texel) -> values` of a format.
+fn words(technique: &Technique, is_store: bool) -> Option<String> {
+    let format = technique.encoding().format();
+    let (channels, each, words) = (technique.channels(), values_a_word(format), prefix_words(technique));
+    let value = |k: usize| if k < channels { format!("values[{k}]") } else { "0.0".to_owned() };
+    let packed = |word: usize| {
+        let of = |i: usize| value(each * word + i);
+        match format {
+            NumberFormat::Unorm8 => {
+                format!("pack4x8unorm(vec4<f32>({}, {}, {}, {}))", of(0), of(1), of(2), of(3))
+            }
+            NumberFormat::Unorm10 => format!("ten_bits({}, {}, {})", of(0), of(1), of(2)),
+            NumberFormat::Unorm16 => format!("pack2x16unorm(vec2<f32>({}, {}))", of(0), of(1)),
+            NumberFormat::F16 => format!("pack2x16float(vec2<f32>({}, {}))", of(0), of(1)),
+            NumberFormat::F32 | NumberFormat::U32Fixed { .. } => format!("bitcast<u32>({})", of(0)),
+        }
+    };
+    let unpacked = |k: usize| {
+        let (word, i) = (format!("w{}", k / each), k % each);
+        let part = ["x", "y", "z", "w"][i];
+        match format {
+            NumberFormat::Unorm8 => format!("unpack4x8unorm({word}).{part}"),
+            NumberFormat::Unorm10 => format!("f32(({word} >> {}u) & 1023u) / 1023.0", 10 * i),
+            NumberFormat::Unorm16 => format!("unpack2x16unorm({word}).{part}"),
+            NumberFormat::F16 => format!("unpack2x16float({word}).{part}"),
+            NumberFormat::F32 | NumberFormat::U32Fixed { .. } => format!("bitcast<f32>({word})"),
+        }
+    };
+    if let NumberFormat::U32Fixed { .. } = format {
+        return None;
+    }
+    if is_store {
+        let ten = "fn ten_bits(a: f32, b: f32, c: f32) -> u32 {
+    let codes = vec3<u32>(floor(clamp(vec3<f32>(a, b, c), vec3<f32>(0.0), vec3<f32>(1.0)) * 1023.0 + 0.5));
+    return codes.x | (codes.y << 10u) | (codes.z << 20u);
+}
+";
+        let lines: String = (0..words)
+            .map(|word| format!("    stored[texel * {words}u + {word}u] = {};\n", packed(word)))
+            .collect();
+        return Some(format!("{ten}fn store(texel: u32, values: array<f32, CHANNELS>) {{\n{lines}}}\n"));
+    }
+    let loads: String =
+        (0..words).map(|word| format!("    let w{word} = stored[texel * {words}u + {word}u];\n")).collect();
+    let values = (0..channels).map(unpacked).collect::<Vec<_>>().join(", ");
+    Some(format!(
+        "fn load(texel: u32) -> array<f32, CHANNELS> {{\n{loads}    return array<f32, CHANNELS>({values});\n}}\n"
+    ))
+}

@@ -1,0 +1,21 @@
+//! Single scattering, prefiltered and marched, against the exact integral.
+
+mod claims;
+mod figures;
+mod passes;
+mod smallest;
+mod summary;
+mod tables;
+
+use super::{KindPage, Reported};
+use crate::error::ReportError;
+use crate::page::{Block, Content};
+
+pub(super) const PAGE: KindPage = KindPage { name: "single-scattering", content, script: String::new };
+
+fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
+    let tables = summary::ScatteringTables::read(reported.run, reported.settings()?)?;
+    let claims = claims::claims(&tables);
+    let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
+    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
+}
