@@ -185,6 +185,10 @@ impl<'a> Morph<'a> {
         Ok(Self { targets: opened })
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.targets.is_empty()
+    }
+
     pub(super) fn apply(&self, vertex: usize, mut value: [f64; 3]) -> [f64; 3] {
         for (weight, elements) in &self.targets {
             let by: [f64; 3] = elements.vector(vertex);
