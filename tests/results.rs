@@ -134,7 +134,10 @@ fn statements_without_exception_hold_in_the_records() {
     // docs/soft-shadows.md: the truth is known to 0.5 %, the light's outline changes it by at most 0.7 %, no query fails.
     for row in recorded("soft-shadows", "views.csv") {
         let number = |column: &str| row[column].parse::<f64>().unwrap();
-        assert!(number("largest_standard_error") <= 0.005 && number("outline_difference") < 0.0075, "{row:?}");
+        assert!(
+            number("largest_standard_error") <= 0.005 && number("outline_difference") < 0.0075,
+            "{row:?}"
+        );
     }
     assert!(recorded("soft-shadows", "records.csv").iter().all(|row| count(row, "failed") == 0));
     // The papers' table: no transform gains more than is proved, and ours come near it.

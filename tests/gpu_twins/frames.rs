@@ -153,7 +153,10 @@ fn colours() -> Result<(), Failed> {
         image::Rgb([4 * x as u8, if (x / 8 + y / 8) % 2 == 0 { 250 } else { 20 }, 255 - 8 * y as u8])
     });
     picture.save(folder.path().join("tiles.png"))?;
-    std::fs::write(folder.path().join("a.mtl"), "newmtl tiles\nKd 0.9 1 0.8\nmap_Kd tiles.png\nnewmtl plain\nKd 0.5 0.4 0.3\n")?;
+    std::fs::write(
+        folder.path().join("a.mtl"),
+        "newmtl tiles\nKd 0.9 1 0.8\nmap_Kd tiles.png\nnewmtl plain\nKd 0.5 0.4 0.3\n",
+    )?;
     let text = "mtllib a.mtl\nv -20 0 20 1 1 1\nv 20 0 20 1 0.5 1\nv 20 0 -20 0.2 1 1\nv -20 0 -20 1 1 0\n\
         vt -3.5 0\nvt 8 0\nvt 8 15.25\nvt -3.5 15.25\nusemtl tiles\nf 1/1 2/2 3/3 4/4\n\
         v -2 0 0\nv 2 0 0\nv 0 5 0\nusemtl plain\nf 5 6 7\n";
@@ -165,7 +168,11 @@ fn colours() -> Result<(), Failed> {
         let gpu = renderer.render(&comparison_shaders(&Kernel::gaussian(3, 1.0)?, 0.01), &SETTINGS)?;
         let mut scene = scene.clone();
         // The CPU's is always the textured one.
-        scene.materials.iter_mut().filter(|m| m.name == "tiles").for_each(|m| m.texture.clone_from(&texture(&folder)));
+        scene
+            .materials
+            .iter_mut()
+            .filter(|m| m.name == "tiles")
+            .for_each(|m| m.texture.clone_from(&texture(&folder)));
         let frame = Frame::render(&scene, SETTINGS.width, SETTINGS.height)?;
         let visibility: Vec<f32> = gpu.shadow.iter().map(|shadow| 1.0 - shadow).collect();
         let cpu = frame.shade(&view, &visibility);

@@ -89,6 +89,11 @@ impl Texture {
         Self { finest: Arc::new(finest), coarser: Arc::default(), wrap: [Wrap::Repeat; 2] }
     }
 
+    /// The same texels with another wrapping.
+    pub(crate) fn wrapped(&self, wrap: [Wrap; 2]) -> Self {
+        Self { wrap, ..self.clone() }
+    }
+
     /// Width and height of the finest level.
     pub fn size(&self) -> [u32; 2] {
         [self.finest.width, self.finest.height]
