@@ -44,7 +44,7 @@ pub use kinds::soft_shadows::{
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
+    EveryViewSetting, FrameRoute, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
     PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{

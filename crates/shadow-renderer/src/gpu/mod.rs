@@ -5,18 +5,21 @@ mod abuffer;
 mod bind;
 mod colour;
 mod compute_chain;
+mod compute_frame;
 mod compute_shader;
 mod depth_map;
 mod filter_chain;
 mod frame_renderer;
 mod geometry;
+mod limits;
 mod raster_pass;
 mod work_items;
 
 pub(crate) use abuffer::{ABuffer, ChunkSizes};
 pub use compute_chain::{ComputeChain, ComputePass, Content};
 pub use depth_map::{DepthMap, SUPERSAMPLE_8, Sampling};
-pub use frame_renderer::{FrameRenderer, FrameSettings, GpuFrame, PassTimes, WHOLE_FRAME};
+pub use frame_renderer::{FrameRenderer, FrameSettings, GpuFrame, PassTimes, Route, WHOLE_FRAME};
+pub use limits::DeviceLimits;
 
 /// Bytes of a storage binding that every graphics adapter offers.
 pub const BINDING_BYTES: u64 = 128 << 20;

@@ -122,6 +122,7 @@ impl SoftPlan<'_> {
         if gpu.is_software() && !timing.software {
             return Err("not timed: only a software driver".to_owned());
         }
+        gpu.measure_limits();
         let view = self.views.iter().find(|view| view.frame.eye.is_none());
         let view = view.ok_or("not timed: no view under a light at infinity")?;
         let techniques: Vec<usize> = self
