@@ -1,6 +1,6 @@
 //! A light frame around what casts shadows: one huge plane below a small model would leave the model a few texels.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use scenes::vector::{cross, dot, minus, norm, normalize};
 use scenes::{Scene, Vertex};
@@ -151,13 +151,13 @@ fn receivers(scene: &Scene, forward: [f64; 3]) -> Vec<bool> {
     let mut largest: Vec<_> = areas.into_iter().collect();
     largest.sort_by(|a, b| f64::total_cmp(&b.1, &a.1).then(a.0.cmp(&b.0)));
     largest.truncate(PLANES);
-    let candidates: HashMap<_, ()> = largest.into_iter().map(|(key, _)| (key, ())).collect();
+    let candidates: HashSet<_> = largest.into_iter().map(|(key, _)| key).collect();
     // Triangles of one plane round alike, so that the first one speaks for all that are near to it.
     let mut known: HashMap<_, bool> = HashMap::new();
     let mut lies_below = |triangle: &[u32; 3]| {
         let Some((normal, offset, _)) = plane(triangle) else { return false };
         let key = key(normal, offset);
-        if !candidates.contains_key(&key) {
+        if !candidates.contains(&key) {
             return false;
         }
         *known.entry(key).or_insert_with(|| {
