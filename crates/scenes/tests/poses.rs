@@ -123,6 +123,10 @@ fn broken_skins_are_refused() {
     assert!(message.contains("2 inverse bind matrices for 3 joints"), "{message}");
     let message = refused(&WEIGHTS, &JOINTS, r#""joints":[1,2]"#, r#""joints":[1,77]"#);
     assert!(message.contains("nodes[77]: index 77 is out of range, there are 3"), "{message}");
+    let message = refused(&WEIGHTS[..12], &JOINTS, same, same);
+    assert!(message.contains("3 joints or weights for 4 positions"), "{message}");
+    let message = refused(&WEIGHTS, &JOINTS[..8], same, same);
+    assert!(message.contains("2 joints or weights for 4 positions"), "{message}");
     // Joints in a cycle, away from the scene.
     let cycle = r#"{"children":[2],"translation":[0,0,7]},{"translation":[0,3,0],"children":[1]}"#;
     let (parts, rest) = skinned(&WEIGHTS, &JOINTS, "");
