@@ -9,7 +9,7 @@ use scenes::{Scene, load_scene};
 use shaders::FrameShaders;
 use shadow_filtering::{ChannelMap, Kernel, Technique, TechniqueSpec, comparison_shaders, filter, resolve};
 use shadow_renderer::{
-    DepthMap, FrameRenderer, FrameSettings, LightFrame, RenderError, Route, Sampling, WHOLE_FRAME,
+    DepthMap, Frame, FrameRenderer, FrameSettings, LightFrame, RenderError, Route, Sampling, WHOLE_FRAME,
 };
 
 use quantization::NumberFormat;
@@ -43,6 +43,7 @@ pub fn trials() -> Vec<Trial> {
     trials.push(gpu_trial("compute::planted_faults".into(), planted_faults));
     trials.push(gpu_trial("frame::shadows".into(), shadows));
     trials.push(gpu_trial("frame::stored".into(), stored));
+    trials.push(gpu_trial("frame::colours".into(), colours));
     trials.push(timed_trial("frame::times".into(), times));
     trials.push(gpu_trial("frame::lost_device".into(), lost_device));
     trials
@@ -150,6 +151,63 @@ fn stored() -> Result<(), Failed> {
     let distance = pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / frames[0].shadow.len() as f64;
     assert!(distance > 0.0 && distance < 0.03, "{distance}");
     Ok(())
+}
+
+/// Colours of textures, repeated far into the distance, and of vertices: as on the CPU.
+fn colours() -> Result<(), Failed> {
+    let folder = tempfile::tempdir()?;
+    let picture = image::RgbImage::from_fn(64, 32, |x, y| {
+        image::Rgb([4 * x as u8, if (x / 8 + y / 8) % 2 == 0 { 250 } else { 20 }, 255 - 8 * y as u8])
+    });
+    picture.save(folder.path().join("tiles.png"))?;
+    std::fs::write(
+        folder.path().join("a.mtl"),
+        "newmtl tiles\nKd 0.9 1 0.8\nmap_Kd tiles.png\nnewmtl plain\nKd 0.5 0.4 0.3\n",
+    )?;
+    let text = "mtllib a.mtl\nv -20 0 20 1 1 1\nv 20 0 20 1 0.5 1\nv 20 0 -20 0.2 1 1\nv -20 0 -20 1 1 0\n\
+        vt -3.5 0\nvt 8 0\nvt 8 15.25\nvt -3.5 15.25\nusemtl tiles\nf 1/1 2/2 3/3 4/4\n\
+        v -2 0 0\nv 2 0 0\nv 0 5 0\nusemtl plain\nf 5 6 7\n";
+    std::fs::write(folder.path().join("a.obj"), text)?;
+    let mut scene = load_scene(&folder.path().join("a.obj").to_string_lossy())?;
+    let view = scene.views[0].clone();
+    let distance = |scene: &Scene| -> Result<(f64, f64), Failed> {
+        let renderer = FrameRenderer::new(scene, view.direction)?;
+        let gpu = renderer.render(&comparison_shaders(&Kernel::gaussian(3, 1.0)?, 0.01), &SETTINGS)?;
+        let mut scene = scene.clone();
+        // The CPU's is always the textured one.
+        scene
+            .materials
+            .iter_mut()
+            .filter(|m| m.name == "tiles")
+            .for_each(|m| m.texture.clone_from(&texture(&folder)));
+        let frame = Frame::render(&scene, SETTINGS.width, SETTINGS.height)?;
+        let visibility: Vec<f32> = gpu.shadow.iter().map(|shadow| 1.0 - shadow).collect();
+        let cpu = frame.shade(&view, &visibility);
+        let mut differences: Vec<f64> = Vec::new();
+        for ((a, b), covered) in gpu.image.pixels().zip(cpu.pixels()).zip(frame.covered()) {
+            if covered {
+                differences.push((0..3).map(|k| f64::from(a[k].abs_diff(b[k]))).fold(0.0, f64::max));
+            }
+        }
+        assert!(differences.len() > 10_000, "{} pixels", differences.len());
+        differences.sort_by(f64::total_cmp);
+        let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+        Ok((mean, differences[differences.len() * 95 / 100]))
+    };
+    let (mean, high) = distance(&scene)?;
+    println!("colours: mean distance {mean:.2} of 255, 95 % below {high}");
+    // Levels follow from differences within two by two pixels on one side, from neighbours on the other.
+    assert!(mean < 2.5 && high < 10.0, "{mean} {high}");
+    scene.materials.iter_mut().for_each(|material| material.texture = None);
+    let (mean, _) = distance(&scene)?;
+    assert!(mean > 10.0, "a missing texture went unnoticed: {mean}");
+    Ok(())
+}
+
+/// The texture of the file in a folder.
+fn texture(folder: &tempfile::TempDir) -> Option<scenes::Texture> {
+    let scene = load_scene(&folder.path().join("a.obj").to_string_lossy()).ok()?;
+    scene.materials.into_iter().find(|material| material.name == "tiles")?.texture
 }
 
 /// Largest difference of two images, a share of the largest value.

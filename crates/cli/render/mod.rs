@@ -12,7 +12,8 @@ use scenes::{
     AreaLight, LightView, LoadOptions, PoseChoice, Scene, SceneError, load_with_files, procedural, read_views,
 };
 use shadow_renderer::{
-    Backend, Frame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_view,
+    Backend, Frame, LightFrame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures,
+    render_in_frame, render_view,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -56,6 +57,10 @@ pub(crate) struct Arguments {
     /// Camera of the file for the picture, in place of its first one or of one that shows all.
     #[arg(long, value_name = "NAME")]
     camera: Option<String>,
+    /// What the map is fitted to: all, or casters, which leaves out planes below everything and shows of them what the map
+    /// covers. For the sun only.
+    #[arg(long, value_enum, default_value = "all")]
+    fit: Fit,
     /// The picture in plain grey, so that shadows stand out from busy textures.
     #[arg(long)]
     plain: bool,
@@ -64,6 +69,13 @@ pub(crate) struct Arguments {
     seed: Option<u64>,
     #[command(flatten)]
     output: Output,
+}
+
+/// What a light frame is fitted to.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Fit {
+    All,
+    Casters,
 }
 
 /// How scene files are read.
@@ -227,13 +239,20 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
     spinner.step("rendering the stack");
     let [width, height] = arguments.size;
-    let (stack, report) = render_view(&scene, &light, width, height, arguments.backend.into()).map_err(
-        |error| match error {
-            RenderError::Light(_) if arguments.light.is_some() => Failure::Input(anyhow!("--light: {error}")),
-            RenderError::Light(_) => Failure::Input(anyhow!("view `{}`: {error}", light.name)),
-            other => render_failure(other),
-        },
-    )?;
+    let backend = arguments.backend.into();
+    let rendered = match (arguments.fit, light.light.front()) {
+        (Fit::All, _) => render_view(&scene, &light, width, height, backend),
+        (Fit::Casters, None) => LightFrame::fit_casters(&scene, light.direction, width, height)
+            .and_then(|(cut, frame)| render_in_frame(&cut, &frame, backend)),
+        (Fit::Casters, Some(_)) => {
+            return Err(Failure::Input(anyhow!("--fit casters: the light `{}` is not the sun", light.light)));
+        }
+    };
+    let (stack, report) = rendered.map_err(|error| match error {
+        RenderError::Light(_) if arguments.light.is_some() => Failure::Input(anyhow!("--light: {error}")),
+        RenderError::Light(_) => Failure::Input(anyhow!("view `{}`: {error}", light.name)),
+        other => render_failure(other),
+    })?;
 
     spinner.step("writing the stack and pictures");
     let writing = Instant::now();

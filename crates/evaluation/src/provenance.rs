@@ -46,6 +46,18 @@ pub struct Provenance {
     /// SHA-256 of every input file by its name, with as many of its folders as tell it from the others: the experiment,
     /// scene files, and the buffers, images and material libraries that these name.
     pub inputs: BTreeMap<String, String>,
+    /// What scene files asked for and did not get, by scene as it was named.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub warnings: BTreeMap<String, Vec<String>>,
+}
+
+/// What a run has read.
+#[derive(Debug, Default)]
+pub(crate) struct Inputs {
+    /// As in [`Provenance::inputs`].
+    pub hashes: BTreeMap<String, String>,
+    /// As in [`Provenance::warnings`].
+    pub warnings: BTreeMap<String, Vec<String>>,
 }
 
 /// Hexadecimal SHA-256.
@@ -53,12 +65,19 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Hashes of the files of scenes, which were read a moment ago; procedural scenes are no files.
-pub(crate) fn input_hashes(scenes: &[String]) -> BTreeMap<String, String> {
+/// Hashes of the files of scenes, which were read a moment ago, and what was wrong with them; procedural scenes are no files.
+pub(crate) fn inputs(scenes: &[String]) -> Inputs {
     let mut files: Vec<PathBuf> = Vec::new();
+    let mut warnings = BTreeMap::new();
     for scene in scenes {
         let read = match scenes::load_with_files(scene, &scenes::LoadOptions::default()) {
-            Ok((_, read)) => read,
+            Ok((loaded, read)) => {
+                if !loaded.warnings.is_empty() {
+                    let lines = loaded.warnings.iter().map(ToString::to_string).collect();
+                    warnings.insert(scene.clone(), lines);
+                }
+                read
+            }
             // A stack of depths.
             Err(_) => vec![PathBuf::from(scene)],
         };
@@ -67,7 +86,8 @@ pub(crate) fn input_hashes(scenes: &[String]) -> BTreeMap<String, String> {
     files.sort();
     files.dedup();
     let hash = |(name, file): (String, &PathBuf)| Some((name, sha256(&std::fs::read(file).ok()?)));
-    distinct_names(&files).into_iter().zip(&files).filter_map(hash).collect()
+    let hashes = distinct_names(&files).into_iter().zip(&files).filter_map(hash).collect();
+    Inputs { hashes, warnings }
 }
 
 /// The last parts of each path, as few as tell it from the others.
@@ -139,11 +159,12 @@ mod tests {
             std::fs::write(directory.join("scene.gltf"), text).unwrap();
             scenes.push(directory.join("scene.gltf").to_string_lossy().into_owned());
         }
-        let hashes = input_hashes(&scenes);
+        let Inputs { hashes, warnings } = inputs(&scenes);
+        assert!(warnings.is_empty(), "{warnings:?}");
         let names: Vec<&str> = hashes.keys().map(String::as_str).collect();
         assert_eq!(names, ["a/buffer.bin", "a/scene.gltf", "b/buffer.bin", "b/scene.gltf"]);
         assert_ne!(hashes["a/buffer.bin"], hashes["b/buffer.bin"]);
-        let only = input_hashes(&scenes[1..2]);
+        let only = inputs(&scenes[1..2]).hashes;
         assert_eq!(only.keys().collect::<Vec<_>>(), ["buffer.bin", "scene.gltf"]);
     }
 }

@@ -3,7 +3,7 @@
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::experiment::{Experiment, Prediction, Scale};
-use crate::provenance::{Build, Provenance, cpu_model, input_hashes, logical_cores, sha256, utc};
+use crate::provenance::{Build, Provenance, cpu_model, inputs, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
 use crate::shards::{self, Shard};
 use rayon::ThreadPoolBuilder;
@@ -106,8 +106,9 @@ impl Experiment {
             let Recorded { trials, failed, .. } = recorded;
             return Ok(Run { directory, trials, failed, complete: false });
         }
+        let read = inputs(self.scenes());
         let mut inputs = BTreeMap::from([(format!("{}.toml", self.name), sha256(self.source.as_bytes()))]);
-        inputs.extend(input_hashes(self.scenes()));
+        inputs.extend(read.hashes);
         let provenance = Provenance {
             build: options.build.clone(),
             command: options.command.clone(),
@@ -120,6 +121,7 @@ impl Experiment {
             logical_cores: logical_cores(),
             os: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
             inputs,
+            warnings: read.warnings,
         };
         directory.write("experiment.toml", self.resolved.to_string().as_bytes())?;
         for file in &recorded.files {

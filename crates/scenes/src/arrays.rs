@@ -32,13 +32,13 @@ pub(crate) struct SceneArrays {
     /// Empty, or one per vertex.
     pub colors: Vec<[f32; 4]>,
     /// Of all positions, those of triangles without area too.
-    extent: Option<[[f64; 3]; 2]>,
+    extent: Option<[[f32; 3]; 2]>,
 }
 
 impl SceneArrays {
     /// Least and greatest coordinates.
     pub(crate) fn extent(&self) -> Option<[[f64; 3]; 2]> {
-        self.extent
+        self.extent.map(|corners| corners.map(|corner| corner.map(f64::from)))
     }
 
     /// How many triangles [`MAX_TRIANGLES`] leaves room for.
@@ -61,9 +61,12 @@ impl SceneArrays {
     /// adjacency being by index: exporters that want creases split vertices there. Those of a flat mesh stay zero.
     pub(crate) fn push(&mut self, mesh: &Mesh, material: u32) {
         let base = self.vertices.len() as u32;
-        for position in mesh.positions.iter().map(|position| position.map(f64::from)) {
-            let [low, high] = self.extent.get_or_insert([position; 2]);
-            (0..3).for_each(|k| (low[k], high[k]) = (low[k].min(position[k]), high[k].max(position[k])));
+        if let Some(&first) = mesh.positions.first() {
+            let [mut low, mut high] = self.extent.unwrap_or([first; 2]);
+            for position in &mesh.positions {
+                (0..3).for_each(|k| (low[k], high[k]) = (low[k].min(position[k]), high[k].max(position[k])));
+            }
+            self.extent = Some([low, high]);
         }
         let mut computed: Option<Vec<[f64; 3]>> = None;
         let first_triangle = self.triangles.len();

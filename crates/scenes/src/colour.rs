@@ -1,6 +1,6 @@
 //! Textures of colour for pictures, sampled with mip maps; shadows do not depend on them.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use image::RgbaImage;
 
@@ -27,11 +27,12 @@ pub struct MipLevel {
     pub texels: Vec<[u8; 3]>,
 }
 
-/// A texture with its mip maps, each half as wide and high as the one before, down to a single texel.
+/// A texture with its mip maps, each half as wide and high as the one before, down to a single texel. They are made when a
+/// picture first asks for them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Texture {
-    /// From the finest to one texel; never empty.
-    pub levels: Arc<Vec<MipLevel>>,
+    finest: Arc<MipLevel>,
+    coarser: Arc<OnceLock<Vec<MipLevel>>>,
     /// Along u and v.
     pub wrap: [Wrap; 2],
 }
@@ -42,10 +43,14 @@ pub(crate) fn linear_from_srgb(value: u8) -> f64 {
     if s <= 0.04045 { s / 12.92 } else { ((s + 0.055) / 1.055).powf(2.4) }
 }
 
+/// Linear light of all sRGB values.
+static LINEAR: LazyLock<[f64; 256]> = LazyLock::new(|| std::array::from_fn(|i| linear_from_srgb(i as u8)));
+
+/// The nearest sRGB value: a search takes less time than a power.
 fn srgb_from_linear(linear: f64) -> u8 {
-    let c = linear.clamp(0.0, 1.0);
-    let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-    (255.0 * encoded + 0.5) as u8
+    let above = LINEAR.partition_point(|&value| value <= linear).clamp(1, 255);
+    let (low, high) = (LINEAR[above - 1], LINEAR[above]);
+    if linear - low < high - linear { above as u8 - 1 } else { above as u8 }
 }
 
 /// The texels from `from` on that become texel `i` of `to`.
@@ -58,7 +63,6 @@ impl Texture {
     /// An image in a size that is at most its own, with mip maps; repeating. Texels count by their alpha, as what is
     /// transparent has any colour.
     pub(crate) fn reduced(image: &RgbaImage, [width, height]: [u32; 2]) -> Self {
-        let linear: [f64; 256] = std::array::from_fn(|i| linear_from_srgb(i as u8));
         let mut finest = MipLevel { width, height, texels: Vec::with_capacity((width * height) as usize) };
         let whole = image.dimensions() == (width, height);
         for y in 0..height {
@@ -72,7 +76,7 @@ impl Texture {
                 for v in span(y, image.height(), height) {
                     for u in span(x, image.width(), width) {
                         let [r, g, b, a] = image.get_pixel(u, v).0;
-                        let colour = [r, g, b].map(|c| linear[usize::from(c)]);
+                        let colour = [r, g, b].map(|c| LINEAR[usize::from(c)]);
                         (0..3).for_each(|k| sum[k] += f64::from(a) * colour[k]);
                         (0..3).for_each(|k| plain[k] += colour[k]);
                         (weight, count) = (weight + f64::from(a), count + 1.0);
@@ -82,33 +86,63 @@ impl Texture {
                 finest.texels.push(sum.map(|c| srgb_from_linear(c / weight)));
             }
         }
-        let mut levels = vec![finest];
-        while let Some(last) = levels.last().filter(|last| last.width > 1 || last.height > 1) {
-            levels.push(last.halved(&linear));
-        }
-        Self { levels: Arc::new(levels), wrap: [Wrap::Repeat; 2] }
+        Self { finest: Arc::new(finest), coarser: Arc::default(), wrap: [Wrap::Repeat; 2] }
+    }
+
+    /// The same texels with another wrapping.
+    pub(crate) fn wrapped(&self, wrap: [Wrap; 2]) -> Self {
+        Self { wrap, ..self.clone() }
     }
 
     /// Width and height of the finest level.
     pub fn size(&self) -> [u32; 2] {
-        self.levels.first().map_or([1; 2], |level| [level.width, level.height])
+        [self.finest.width, self.finest.height]
+    }
+
+    /// From the finest to one texel; never empty.
+    pub fn levels(&self) -> impl ExactSizeIterator<Item = &MipLevel> {
+        (0..self.coarser().len() + 1).map(|level| self.level(level))
+    }
+
+    /// Whether two textures have the same texels in memory, whatever their wrapping.
+    pub fn shares_texels(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.finest, &other.finest)
+    }
+
+    fn coarser(&self) -> &[MipLevel] {
+        self.coarser.get_or_init(|| {
+            let mut levels: Vec<MipLevel> = Vec::new();
+            let is_more = |level: &MipLevel| level.width > 1 || level.height > 1;
+            while let Some(last) = Some(levels.last().unwrap_or(&self.finest)).filter(|last| is_more(last)) {
+                let next = last.halved();
+                levels.push(next);
+            }
+            levels
+        })
+    }
+
+    fn level(&self, level: usize) -> &MipLevel {
+        match level.checked_sub(1) {
+            None => &self.finest,
+            Some(coarser) => &self.coarser()[coarser],
+        }
     }
 
     /// Linear RGB at texture coordinates, (0, 0) being the first texel's outer corner, filtered between the four nearest
     /// texels and the two nearest levels; level 0 is the finest.
     pub fn sample(&self, uv: [f64; 2], level: f64) -> [f32; 3] {
-        let last = self.levels.len() - 1;
+        let last = self.coarser().len();
         let level = level.clamp(0.0, last as f64);
         let (below, share) = (level.floor() as usize, level.fract());
-        let fine = self.levels[below].bilinear(uv, self.wrap);
+        let fine = self.level(below).bilinear(uv, self.wrap);
         let coarse =
-            if share > 0.0 { self.levels[(below + 1).min(last)].bilinear(uv, self.wrap) } else { fine };
+            if share > 0.0 { self.level((below + 1).min(last)).bilinear(uv, self.wrap) } else { fine };
         [0, 1, 2].map(|k| (fine[k] + share * (coarse[k] - fine[k])) as f32)
     }
 }
 
 impl MipLevel {
-    fn halved(&self, linear: &[f64; 256]) -> Self {
+    fn halved(&self) -> Self {
         let [width, height] = [self.width, self.height].map(|side| (side / 2).max(1));
         let mut texels = Vec::with_capacity((width * height) as usize);
         for y in 0..height {
@@ -117,7 +151,7 @@ impl MipLevel {
                 for v in span(y, self.height, height) {
                     for u in span(x, self.width, width) {
                         let texel = self.texels[(v * self.width + u) as usize];
-                        (0..3).for_each(|k| sum[k] += linear[usize::from(texel[k])]);
+                        (0..3).for_each(|k| sum[k] += LINEAR[usize::from(texel[k])]);
                         count += 1.0;
                     }
                 }
@@ -130,7 +164,7 @@ impl MipLevel {
     fn bilinear(&self, uv: [f64; 2], wrap: [Wrap; 2]) -> [f64; 3] {
         let ([x0, x1], s) = neighbours(uv[0], self.width, wrap[0]);
         let ([y0, y1], t) = neighbours(uv[1], self.height, wrap[1]);
-        let at = |x: u32, y: u32| self.texels[(y * self.width + x) as usize].map(linear_from_srgb);
+        let at = |x: u32, y: u32| self.texels[(y * self.width + x) as usize].map(|c| LINEAR[usize::from(c)]);
         let mix = |a: [f64; 3], b: [f64; 3], t: f64| [0, 1, 2].map(|k| a[k] + t * (b[k] - a[k]));
         mix(mix(at(x0, y0), at(x1, y0), s), mix(at(x0, y1), at(x1, y1), s), t)
     }
@@ -181,11 +215,11 @@ mod tests {
     #[test]
     fn coarse_levels_are_means_in_linear_light() {
         let texture = stripes();
-        assert_eq!(texture.levels.len(), 3);
+        assert_eq!(texture.levels().len(), 3);
         let mean = texture.sample([0.1, 0.9], 9.0);
         assert!((mean[0] - 0.5).abs() < 0.005, "{mean:?}");
         let half = Texture::reduced(&RgbaImage::from_pixel(5, 3, Rgba([200, 10, 0, 255])), [2, 1]);
-        assert_eq!(half.levels[0].texels, [[200, 10, 0]; 2]);
+        assert_eq!(half.finest.texels, [[200, 10, 0]; 2]);
     }
 
     #[test]
@@ -193,6 +227,6 @@ mod tests {
         let image = RgbaImage::from_fn(2, 1, |x, _| {
             Rgba([if x == 0 { 255 } else { 0 }, 0, 0, if x == 0 { 255 } else { 0 }])
         });
-        assert_eq!(Texture::reduced(&image, [1, 1]).levels[0].texels, [[255, 0, 0]]);
+        assert_eq!(Texture::reduced(&image, [1, 1]).finest.texels, [[255, 0, 0]]);
     }
 }

@@ -77,8 +77,9 @@ pub(crate) fn scene_of(
     mut views: Vec<LightView>,
     camera: Camera,
 ) -> Scene {
-    views.extend(Bounds::of(&arrays).iter().flat_map(area_views));
-    let bounds = Bounds::of(&arrays).map_or([[0.0; 3]; 2], |bounds| bounds.as_array());
+    let bounds = Bounds::of(&arrays);
+    views.extend(bounds.iter().flat_map(area_views));
+    let bounds = bounds.map_or([[0.0; 3]; 2], |bounds| bounds.as_array());
     let SceneArrays { vertices, triangles, triangle_material, degenerate_triangles, colors, .. } = arrays;
     Scene {
         name,

@@ -7,6 +7,7 @@ mod check;
 mod colour;
 mod error;
 mod fit;
+mod interior;
 mod load;
 pub mod procedural;
 mod scene;

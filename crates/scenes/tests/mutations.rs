@@ -136,7 +136,7 @@ fn flip_bytes(bytes: &mut [u8], random: &mut Random) {
 #[test]
 fn mutated_glbs_never_panic() {
     let mut random = Random::new(7);
-    let (mut loaded, rounds) = (0, 6000);
+    let (mut loaded, rounds) = (0, rounds(6000));
     for round in 0..rounds {
         let mut glb = quad();
         for _ in 0..=random.below(3) {
@@ -157,10 +157,100 @@ fn mutated_glbs_never_panic() {
     assert!(loaded > rounds / 50 && loaded < rounds * 9 / 10, "{loaded} of {rounds} loaded");
 }
 
+/// How many inputs each test makes, in place of its usual number.
+fn rounds(usual: usize) -> usize {
+    std::env::var("MSM_ROUNDS").ok().and_then(|rounds| rounds.parse().ok()).unwrap_or(usual)
+}
+
+/// A small file with a skin, morph targets, an animation, instances, a sparse accessor, a compressed view, alpha of vertices,
+/// a clamped texture, a light and a camera.
+fn rich() -> Glb {
+    let mut bin = Vec::new();
+    let mut views = Vec::new();
+    let mut view = |bytes: &[u8]| {
+        bin.resize(bin.len().next_multiple_of(4), 0);
+        views.push(format!(r#"{{"buffer":0,"byteOffset":{},"byteLength":{}}}"#, bin.len(), bytes.len()));
+        bin.extend(bytes);
+    };
+    let floats = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
+    let corners = [[0.0_f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+    view(&floats(corners.as_flattened()));
+    view(&[0, 1, 2, 0, 2, 3]);
+    view(&floats(&[-1.0, 0.0, 2.0, 0.0, 2.0, 1.0, -1.0, 1.0]));
+    view(&[255, 255, 255, 255, 255, 0, 0, 200, 0, 255, 0, 100, 0, 0, 255, 0]);
+    view(&[0, 1, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0]);
+    view(&floats(&[0.5, 0.5, 0.0, 0.0].repeat(4)));
+    view(&floats(&[0.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 3.0, 0.0]));
+    view(&floats(&[0.0, 1.0]));
+    view(&[2]);
+    view(&floats(&[5.0, 5.0, 5.0]));
+    view(&glb::png());
+    let packed = meshopt::encode_vertex_buffer(&corners).unwrap();
+    view(&packed);
+    let length = packed.len();
+    let offset = bin.len() - length;
+    views.push(format!(
+        r#"{{"buffer":1,"byteLength":48,"extensions":{{"EXT_meshopt_compression":{{"buffer":0,"byteOffset":{offset},"byteLength":{length},
+        "byteStride":12,"count":4,"mode":"ATTRIBUTES"}}}}}}"#
+    ));
+    let json = format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1,3,4]}}],
+"extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"spot"}}]}}}},
+"nodes":[{{"mesh":0,"skin":0,"weights":[0.5]}},{{"children":[2],"translation":[0,0,3]}},{{"rotation":[0,0,0.6,0.8]}},
+{{"mesh":1,"translation":[9,0,0],"extensions":{{"EXT_mesh_gpu_instancing":{{"attributes":{{"TRANSLATION":6}}}},"KHR_node_visibility":{{"visible":true}}}}}},
+{{"translation":[0,0,8],"camera":0,"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
+"cameras":[{{"type":"perspective","perspective":{{"yfov":0.5,"znear":0.1}}}}],
+"skins":[{{"joints":[1,2]}}],
+"animations":[{{"channels":[{{"sampler":0,"target":{{"node":1,"path":"translation"}}}}],"samplers":[{{"input":7,"output":6}}]}}],
+"meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":2,"COLOR_0":3,"JOINTS_0":4,"WEIGHTS_0":5}},"indices":1,"material":0,
+"targets":[{{"POSITION":8}}]}}]}},{{"primitives":[{{"attributes":{{"POSITION":9}},"indices":1,"material":1}}]}}],
+"materials":[{{"alphaMode":"BLEND","pbrMetallicRoughness":{{"baseColorFactor":[1,1,1,0.9],"baseColorTexture":{{"index":0}}}}}},
+{{"alphaMode":"MASK","alphaCutoff":0.4}}],
+"textures":[{{"source":0,"sampler":0}}],"images":[{{"bufferView":10}}],"samplers":[{{"wrapS":33071,"wrapT":33648}}],
+"accessors":[
+{{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}},
+{{"bufferView":1,"componentType":5121,"count":6,"type":"SCALAR"}},
+{{"bufferView":2,"componentType":5126,"count":4,"type":"VEC2"}},
+{{"bufferView":3,"componentType":5121,"normalized":true,"count":4,"type":"VEC4"}},
+{{"bufferView":4,"componentType":5121,"count":4,"type":"VEC4"}},
+{{"bufferView":5,"componentType":5126,"count":4,"type":"VEC4"}},
+{{"bufferView":6,"componentType":5126,"count":3,"type":"VEC3"}},
+{{"bufferView":7,"componentType":5126,"count":2,"type":"SCALAR"}},
+{{"componentType":5126,"count":4,"type":"VEC3","sparse":{{"count":1,"indices":{{"bufferView":8,"componentType":5121}},"values":{{"bufferView":9}}}}}},
+{{"bufferView":12,"componentType":5126,"count":4,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],
+"bufferViews":[{}],
+"buffers":[{{"byteLength":{}}},{{"byteLength":48,"extensions":{{"EXT_meshopt_compression":{{"fallback":true}}}}}}]}}"#,
+        views.join(","),
+        bin.len()
+    );
+    Glb { json, bin }
+}
+
+#[test]
+fn mutated_poses_never_panic() {
+    let whole = load_gltf_bytes("rich", &rich().bytes()).unwrap();
+    assert!(whole.warnings.is_empty() && whole.animation.is_some(), "{:?}", whole.warnings);
+    let mut random = Random::new(13);
+    let rounds = rounds(6000);
+    let mut loaded = 0;
+    for round in 0..rounds {
+        let mut glb = rich();
+        for _ in 0..=random.below(3) {
+            match random.below(3) {
+                0 => flip_bytes(&mut glb.bin, &mut random),
+                _ => edit_json(&mut glb, &mut random),
+            }
+        }
+        loaded +=
+            usize::from(check(load_gltf_bytes("m", &glb.bytes()), &format!("round {round}: {}", glb.json)));
+    }
+    assert!(loaded > rounds / 50 && loaded < rounds * 9 / 10, "{loaded} of {rounds} loaded");
+}
+
 #[test]
 fn mutated_objs_never_panic() {
     const OBJ: &str = "o thing\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvn 0 0 1\nusemtl a\ng x\n\
-        f 1/1/1 2/2/1 3//1\nf -1 -2 -3 -4\ns off\nf 1 2 \\\n3\n";
+        f 1/1/1 2/2/1 3//1\nf -1 -2 -3 -4\nmtllib a.mtl b.mtl\nf 1 2 4 3\ns off\nf 1 2 \\\n3\n";
     const TOKENS: [&str; 16] = [
         "f",
         "v",
@@ -180,7 +270,7 @@ fn mutated_objs_never_panic() {
         "\u{e9}",
     ];
     let mut random = Random::new(11);
-    let (mut loaded, rounds) = (0, 6000);
+    let (mut loaded, rounds) = (0, rounds(6000));
     for round in 0..rounds {
         let mut bytes = OBJ.as_bytes().to_vec();
         for _ in 0..=random.below(3) {

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use crate::arrays::SceneArrays;
 use crate::error::{FileFault, SceneError};
 use crate::fit::{Bounds, add_ground, fit_camera, has_ground, scene_of};
+use crate::interior::camera_inside;
 use crate::vector::normalize;
 use crate::{Camera, LightView, Material, NamedCamera, Scene, procedural};
 use source::{Folder, read_limited};
@@ -190,8 +191,10 @@ impl Loaded {
         let cameras: Vec<NamedCamera> =
             self.cameras.iter().filter_map(|camera| named_camera(camera, self.origin, &bounds)).collect();
         // Of what the file shows: added ground would push the camera away.
-        let fitted = fit_camera(&self.arrays, &bounds);
-        let camera = cameras.first().map_or(fitted, |first| first.camera);
+        let camera = match cameras.first() {
+            Some(first) => first.camera,
+            None => camera_inside(&self.arrays, &bounds).unwrap_or_else(|| fit_camera(&self.arrays, &bounds)),
+        };
         if !has_ground(&self.arrays, &self.materials, &bounds) {
             add_ground(&mut self.arrays, &mut self.materials, &bounds);
         }

@@ -33,7 +33,7 @@ pub(super) struct Reduced {
 
 impl Reduced {
     pub(super) fn wrapped(&self, wrap: [Wrap; 2]) -> Texture {
-        Texture { wrap, ..self.texture.clone() }
+        self.texture.wrapped(wrap)
     }
 }
 

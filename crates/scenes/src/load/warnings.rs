@@ -14,6 +14,8 @@ pub enum WarningKind {
     ByteOrderMark,
     /// A text in UTF-16.
     Encoding,
+    /// A default scene without nodes, or one that is not there.
+    Scene,
     /// Positions whose least and greatest values are not stated.
     MissingBounds,
     /// An extension that is used, not required, and not read.

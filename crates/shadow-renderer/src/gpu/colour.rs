@@ -1,9 +1,7 @@
 //! Textures of colour on the GPU.
 
-use std::sync::Arc;
-
 use graphics_device::GraphicsDevice;
-use scenes::{MipLevel, Scene, Texture, Wrap};
+use scenes::{Scene, Texture, Wrap};
 use wgpu::BufferUsages as Usage;
 
 use super::bind::Resource;
@@ -21,8 +19,7 @@ pub(super) struct TextureBuffers {
 
 impl TextureBuffers {
     pub(super) fn upload(gpu: &GraphicsDevice, scene: &Scene) -> Self {
-        let mut known: Vec<(*const Vec<MipLevel>, [Wrap; 2])> = Vec::new();
-        let mut first_texels: Vec<u32> = Vec::new();
+        let mut known: Vec<(&Texture, u32)> = Vec::new();
         let (mut entries, mut texels): (Vec<[u32; 6]>, Vec<u32>) = (Vec::new(), Vec::new());
         let mut of_material = Vec::with_capacity(scene.materials.len());
         for material in &scene.materials {
@@ -30,25 +27,20 @@ impl TextureBuffers {
                 of_material.push(NO_TEXTURE);
                 continue;
             };
-            let levels = Arc::as_ptr(&texture.levels);
-            if let Some(index) = known.iter().position(|&key| key == (levels, texture.wrap)) {
+            let same = |(of, _): &&(&Texture, u32)| of.shares_texels(texture);
+            let shared = known.iter().find(same).map(|&(_, first)| first);
+            let whole = known.iter().position(|(of, _)| of.shares_texels(texture) && of.wrap == texture.wrap);
+            if let Some(index) = whole {
                 of_material.push(index as u32);
                 continue;
             }
-            let shared = known.iter().position(|&(of, _)| of == levels).map(|index| first_texels[index]);
             let first = shared.unwrap_or(texels.len() as u32);
             if shared.is_none() {
-                texels.extend(
-                    texture
-                        .levels
-                        .iter()
-                        .flat_map(|level| &level.texels)
-                        .map(|&[r, g, b]| u32::from_le_bytes([r, g, b, u8::MAX])),
-                );
+                let packed = |&[r, g, b]: &[u8; 3]| u32::from_le_bytes([r, g, b, u8::MAX]);
+                texels.extend(texture.levels().flat_map(|level| &level.texels).map(packed));
             }
             of_material.push(known.len() as u32);
-            known.push((levels, texture.wrap));
-            first_texels.push(first);
+            known.push((texture, first));
             entries.push(entry(texture, first));
         }
         Self {
@@ -76,5 +68,5 @@ fn entry(texture: &Texture, first: u32) -> [u32; 6] {
         Wrap::Clamp => 1,
         Wrap::Mirror => 2,
     });
-    [width, height, texture.levels.len() as u32, first, u, v]
+    [width, height, texture.levels().len() as u32, first, u, v]
 }

@@ -1,5 +1,6 @@
 //! Light space: from world positions to texels and depth, orthographic for directional lights, perspective for local ones.
 
+mod casters;
 mod fit;
 mod local;
 
@@ -205,5 +206,38 @@ mod tests {
         let [sun, lamp] = frames();
         assert_eq!(sun.arriving(position), sun.forward);
         assert_eq!(lamp.arriving([2.0, 5.0, -1.0]), [0.0, -1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_scene_far_away_has_the_stack_that_it_has_at_the_origin() {
+        let tower = |[x, y, z]: [f64; 3]| {
+            let corners = [
+                [-20.0, 0.0, 20.0],
+                [20.0, 0.0, 20.0],
+                [20.0, 0.0, -20.0],
+                [-20.0, 0.0, -20.0],
+                [-0.05, 0.0, 0.05],
+                [0.05, 0.0, 0.05],
+                [0.0, 0.0, -0.05],
+                [0.013, 6.0, 0.0],
+            ];
+            let vertices: String =
+                corners.iter().map(|c| format!("v {} {} {}\n", c[0] + x, c[1] + y, c[2] + z)).collect();
+            let text = format!("{vertices}f 1 2 3 4\nf 5 6 8\nf 6 7 8\nf 7 5 8\n");
+            let scene = scenes::load_obj_bytes("tower.obj", text.as_bytes()).unwrap();
+            crate::render_view(&scene, &scene.views[0], 256, 256, crate::Backend::Cpu).unwrap()
+        };
+        let (near, _) = tower([0.0; 3]);
+        for place in [[447_312.37, 211.4, 5_411_873.62], [-1e9, 0.0, 1e9]] {
+            let (far, _) = tower(place);
+            assert_eq!(near.offsets, far.offsets, "{place:?}");
+            let farthest =
+                |a: &[f32], b: &[f32]| a.iter().zip(b).fold(0.0_f32, |m, (a, b)| m.max((a - b).abs()));
+            assert!(farthest(&near.depths, &far.depths) < 1e-6, "{place:?}");
+            assert!(
+                farthest(near.gradients.as_flattened(), far.gradients.as_flattened()) < 1e-5,
+                "{place:?}"
+            );
+        }
     }
 }

@@ -242,6 +242,14 @@ impl<'a> Elements<'a> {
     /// Element `i`, which must be below [`Self::len`], as numbers; normalised integers are mapped to [-1, 1]. Components that
     /// the type lacks are 1.
     pub(super) fn vector<const N: usize>(&self, i: usize) -> [f64; N] {
+        // Nearly all there is.
+        if let (Data::Bytes { bytes, stride }, None, Component::F32) =
+            (&self.data, &self.replaced, self.component)
+            && N <= self.components
+        {
+            let element = &bytes[i * stride..][..4 * N];
+            return std::array::from_fn(|k| f64::from(f32::from_le_bytes(first(&element[4 * k..]))));
+        }
         match (&self.data, self.bytes_of(i)) {
             (Data::Decoded(values), _) => std::array::from_fn(|k| {
                 let value = values.get(i * self.components + k).filter(|_| k < self.components);

@@ -45,7 +45,7 @@ const HARMLESS: [&str; 31] = [
     "KHR_materials_",
     "KHR_node_hoverability",
     "KHR_node_selectability",
-    "KHR_techniques_webgl",
+    "KHR_technique",
     "KHR_texture_",
     "KHR_xmp",
     "MOZ_",

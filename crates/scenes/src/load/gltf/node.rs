@@ -63,7 +63,7 @@ impl<'a> Hierarchy<'a> {
     ) -> Result<Placed, FileFault> {
         let root = self.root;
         let mut stack: Vec<(Whole, Affine, bool)> =
-            self.start_nodes()?.into_iter().rev().map(|index| (index, self.start, true)).collect();
+            self.start_nodes(warnings)?.into_iter().rev().map(|index| (index, self.start, true)).collect();
         let mut placed = Placed::default();
         while let Some((index, world_from_parent, shown)) = stack.pop() {
             let at = || format!("nodes[{}]", index.0);
@@ -184,14 +184,21 @@ impl<'a> Hierarchy<'a> {
         Ok(())
     }
 
-    fn start_nodes(&self) -> Result<Vec<Whole>, FileFault> {
+    /// Of the default scene; all roots where it has none, so that a file which only forgot it shows what it holds.
+    fn start_nodes(&self, warnings: &mut Warnings) -> Result<Vec<Whole>, FileFault> {
         let root = self.root;
         let scene = root.scene.unwrap_or_default();
-        if let Some(scene) = root.scenes.get(scene.index()) {
+        let found = root.scenes.get(scene.index());
+        if let Some(scene) = found.filter(|scene| !scene.nodes.is_empty()) {
             return Ok(scene.nodes.clone());
         }
-        if root.scene.is_some() {
+        if found.is_none() && !root.scenes.is_empty() {
             return Err(out_of_range("scene".into(), scene.index(), root.scenes.len()));
+        }
+        if !root.nodes.is_empty() && (found.is_some() || root.scene.is_some()) {
+            warnings.add(WarningKind::Scene, "", || {
+                format!("scene {} has no nodes: all that have no parent are shown", scene.0)
+            });
         }
         let roots = self.parents.iter().enumerate().filter(|(_, parent)| parent.is_none());
         Ok(roots.map(|(index, _)| Whole(index as u64)).collect())

@@ -124,6 +124,7 @@ pub(super) fn joint_sets<'a>(
     at: &str,
 ) -> Result<Option<Vec<[Elements<'a>; 2]>>, FileFault> {
     let mut sets = Vec::new();
+    let vertices = open("POSITION", &["VEC3"])?.map_or(0, |positions| positions.len());
     while attributes.contains_key(&format!("JOINTS_{}", sets.len())) {
         if sets.len() == MAX_JOINT_SETS {
             let (count, limit) = (sets.len() as u64 + 1, MAX_JOINT_SETS as u64);
@@ -133,6 +134,10 @@ pub(super) fn joint_sets<'a>(
         let (Some(joints), Some(weights)) = (open(&joints, &["VEC4"])?, open(&weights, &["VEC4"])?) else {
             return Err(FileFault::invalid(at, format!("has {joints} and no {weights}")));
         };
+        if let Some(other) = [joints.len(), weights.len()].into_iter().find(|&count| count != vertices) {
+            let problem = format!("{other} joints or weights for {vertices} positions");
+            return Err(FileFault::invalid(at, problem));
+        }
         sets.push([joints, weights]);
     }
     Ok((!sets.is_empty()).then_some(sets))
@@ -183,6 +188,10 @@ impl<'a> Morph<'a> {
             opened.push((weight, elements));
         }
         Ok(Self { targets: opened })
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.targets.is_empty()
     }
 
     pub(super) fn apply(&self, vertex: usize, mut value: [f64; 3]) -> [f64; 3] {

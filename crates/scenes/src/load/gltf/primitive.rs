@@ -100,7 +100,8 @@ impl<'a> Source<'a> {
             Placement::Skinned { .. } => {
                 let first = self.indices()?.map_or(0, |indices| indices.index(0) as usize);
                 let inside = first < positions.len();
-                inside && wanted.placement.of(first, &self.at, warnings)?.mirrors()
+                // What it warns of is said when the vertex is placed.
+                inside && wanted.placement.of(first, &self.at, &mut Warnings::default())?.mirrors()
             }
         };
         let triangles = self.triangles(count, &positions, &mut used, flip)?;
@@ -114,6 +115,11 @@ impl<'a> Source<'a> {
         // Without normals surfaces are flat (glTF 2.0, 3.7.2.1).
         let mut mesh = Mesh { triangles, flat: normals.is_none(), ..Mesh::default() };
         mesh.positions.reserve_exact(used.originals.len());
+        let still = moved.is_empty() && turned.is_empty();
+        let rigid = match wanted.placement {
+            Placement::Rigid(world) => Some(*world),
+            Placement::Skinned { .. } => None,
+        };
         for &original in &used.originals {
             let i = original as usize;
             let at = || format!("{}: POSITION {original}", self.at);
@@ -121,13 +127,21 @@ impl<'a> Source<'a> {
             // but the message should show what the file says.
             let stored = positions.vector(i);
             checked_position(stored, at)?;
-            let local = moved.apply(i, stored);
-            let map = wanted.placement.of(i, &self.at, warnings)?;
+            let local = if still { stored } else { moved.apply(i, stored) };
+            let placed;
+            let map = match &rigid {
+                Some(world) => world,
+                None => {
+                    placed = wanted.placement.of(i, &self.at, warnings)?;
+                    &placed
+                }
+            };
             let world = map.point(local);
             let relative = [0, 1, 2].map(|k| world[k] - wanted.origin[k]);
             mesh.positions.push(checked_position(relative, at)?);
             if let Some(normals) = &normals {
-                let normal = turned.apply(i, normals.vector(i));
+                let stored = normals.vector(i);
+                let normal = if still { stored } else { turned.apply(i, stored) };
                 mesh.normals.push(map.normal(normal).map(|c| c as f32));
             }
             if let Some((map, uvs)) = &uvs {

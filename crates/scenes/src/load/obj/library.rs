@@ -170,10 +170,11 @@ impl Draft {
                 }
             }
             "Tr" => {
+                // Some programs write 1 for opaque, others for clear; nobody draws what is clear throughout.
                 if let (false, Ok([tr])) = (self.has_d, s.numbers::<1>(1))
-                    && tr.is_finite()
+                    && (0.0..1.0).contains(&tr)
                 {
-                    self.opacity = (1.0 - tr).clamp(0.0, 1.0);
+                    self.opacity = 1.0 - tr;
                 }
             }
             "map_Kd" => self.map_kd = Map::of(s.arguments, at),
@@ -212,7 +213,8 @@ impl Draft {
             });
         }
         let mask = if blends { alpha_mask(alpha.as_deref(), opacity, OPAQUE_FROM) } else { None };
-        means.images.keep_alpha(mask.as_ref().map_or(0, |mask| mask.alpha.len() as u64), &name)?;
+        let at = format!("material {name:?}");
+        means.images.keep_alpha(mask.as_ref().map_or(0, |mask| mask.alpha.len() as u64), &at)?;
         let reduced = colour.map(|image| means.images.reduced(&image));
         let mean = reduced.as_ref().map_or([1.0; 3], |reduced| reduced.mean);
         // Programs that write a texture often write a black colour beside it, which nobody multiplies it with.
@@ -241,7 +243,7 @@ fn alpha_of(
         return Ok(None);
     }
     let (width, height) = image.dimensions();
-    images.keep_alpha(u64::from(width) * u64::from(height), name)?;
+    images.keep_alpha(u64::from(width) * u64::from(height), &format!("material {name:?}"))?;
     let alpha = image.pixels().map(|texel| texel[channel]).collect();
     Ok(Some(Arc::new(AlphaTexture { width, height, alpha })))
 }

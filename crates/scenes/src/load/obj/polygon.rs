@@ -220,8 +220,9 @@ mod tests {
     #[test]
     fn without_area_there_is_a_fan_and_too_many_corners_are_refused() {
         assert_eq!(areas(&[[1.0; 3]; 5]), ([0.0; 2], Outcome::Whole));
-        let zigzag: Vec<[f64; 3]> =
-            (0..70_000).map(|i| [f64::from(i), f64::from(i % 2) + 1e-9 * f64::from(i * i), 0.0]).collect();
+        let zigzag: Vec<[f64; 3]> = (0..70_000)
+            .map(|i| [f64::from(i), f64::from(i % 2) + 1e-9 * f64::from(i).powi(2), 0.0])
+            .collect();
         let mut triangulation = Triangulation::new();
         assert_eq!(triangulation.of(&zigzag, |_| ()), Outcome::TooMany);
     }
