@@ -9,7 +9,7 @@ mod render;
 mod stack;
 
 pub use error::RenderError;
-pub use frame::{Frame, NO_TRIANGLE};
+pub use frame::{CameraView, Frame, NO_TRIANGLE};
 pub use gpu::{
     BINDING_BYTES, DepthMap, FrameRenderer, FrameSettings, GpuFrame, PassTimes, SUPERSAMPLE_8, Sampling,
     WHOLE_FRAME,

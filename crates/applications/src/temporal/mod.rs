@@ -3,6 +3,14 @@
 
 mod buffer;
 mod estimate;
+mod frame;
+mod taps;
+mod traced_map;
 
 pub use buffer::{FrameSample, History, Restart};
 pub use estimate::{ShadowEstimate, penumbra_width};
+pub use frame::{
+    FilterSource, FramePixel, MethodError, MovingCasters, Screen, Shaded, ShadowBuffer, Start, TemporalMethod,
+};
+pub use taps::{PoissonTaps, SampledField, TapShape};
+pub use traced_map::{MapTexel, TracedMap};

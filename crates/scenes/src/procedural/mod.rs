@@ -5,13 +5,17 @@
 //! coordinates are computed in 64 bits and rounded to a grid of 2⁻¹⁶, which swallows the last-bit differences
 //! between implementations of the sine.
 
+mod cart;
 mod grove;
 mod mesh;
 mod stairs;
 mod village;
 
 use crate::{Camera, LightView, Scene};
+pub(crate) use cart::cart;
+pub(crate) use grove::tree;
 use mesh::SceneMesh;
+pub(crate) use mesh::on_grid;
 
 /// Seed with which [`load_scene`](crate::load_scene) makes procedural scenes.
 pub const DEFAULT_SEED: u64 = 2015;

@@ -2,6 +2,8 @@
 
 pub(crate) mod raster;
 
+pub use raster::CameraView;
+
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
 use scenes::vector::{dot, minus, normalize};

@@ -8,7 +8,7 @@ use wgpu::{BufferUsages as Usage, CompareFunction, TextureFormat as Format, Text
 use super::bind::Resource;
 use super::raster_pass::{Corners, Depth, RasterPass};
 use super::{DEPTH_MAP, SURFACES};
-use crate::frame::raster::View;
+use crate::frame::raster::CameraView;
 use crate::stack::fixed_point::Masks;
 use crate::{LightFrame, RenderError};
 
@@ -175,7 +175,7 @@ impl Geometry {
         // Depth is reversed: 1 at the near plane, 0 at infinity.
         let view = target(DEPTH, Uses::empty());
         let depth = Depth { view, compare: CompareFunction::Greater, clear: 0.0 };
-        let rows = View::new(&scene.camera, width, height)?.clip_rows();
+        let rows = CameraView::new(&scene.camera, width, height)?.clip_rows();
         let camera = gpu.buffer_of("camera", &rows, Usage::UNIFORM);
         let resources = self.buffers.with("camera", &camera);
         let (corners, colours) = (self.corners.clone(), surfaces.to_vec());
