@@ -52,6 +52,11 @@ pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming,
 };
+pub use kinds::temporal_shadows::{
+    CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, ScaledLight, TemporalPicture,
+    TemporalPictureRecord, TemporalRecord, TemporalSample, TemporalShadowsExperiment, TemporalTechnique,
+    TemporalViewRecord,
+};
 pub use moment_problem::MomentBound;
 pub use pictures::PICTURE_GAP;
 pub use provenance::{Build, Provenance, logical_cores};

@@ -18,13 +18,17 @@ impl PosedTriangles<'_> {
     /// moves. Of two equally near ones the one that stands still.
     pub fn first(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(f64, bool)> {
         let still = self.still.first(origin, direction, false).map(|(at, _)| (at, false));
-        let moving = self.moving.and_then(|(triangles, pose)| {
-            let (origin, direction) = (pose.part_position(origin), pose.part_direction(direction));
-            triangles.first(origin, direction, false).map(|(at, _)| (at, true))
-        });
+        let moving = self.first_moving(origin, direction).map(|at| (at, true));
         match (still, moving) {
             (Some(still), Some(moving)) => Some(if moving.0 < still.0 { moving } else { still }),
             (still, moving) => still.or(moving),
         }
+    }
+
+    /// The first surface that moves, the others left out.
+    pub fn first_moving(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<f64> {
+        let (triangles, pose) = self.moving?;
+        let (origin, direction) = (pose.part_position(origin), pose.part_direction(direction));
+        triangles.first(origin, direction, false).map(|(at, _)| at)
     }
 }

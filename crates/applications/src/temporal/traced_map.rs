@@ -21,6 +21,8 @@ type RayOfTexel<'a> = Box<dyn Fn([f64; 2]) -> [[f64; 3]; 2] + Sync + 'a>;
 /// kept.
 pub struct TracedMap<'a> {
     scene: PosedTriangles<'a>,
+    /// What stands still, where another map of the same rays knows it.
+    known: Option<&'a TracedMap<'a>>,
     ray: RayOfTexel<'a>,
     size: [usize; 2],
     /// Bits of single-precision depths; [`UNKNOWN`] where no ray was sent yet. Whoever comes first writes, all write the same.
@@ -42,7 +44,12 @@ impl<'a> TracedMap<'a> {
         let mut texels = memory;
         texels.iter_mut().for_each(|texel| *texel.get_mut() = UNKNOWN);
         texels.resize_with(size[0] * size[1], || AtomicU32::new(UNKNOWN));
-        Self { scene, ray: Box::new(ray), size, texels, traced: AtomicUsize::new(0) }
+        Self { scene, known: None, ray: Box::new(ray), size, texels, traced: AtomicUsize::new(0) }
+    }
+
+    /// The same map where `still`, of the same rays, already knows everything that stands still.
+    pub fn over(self, still: &'a TracedMap<'a>) -> Self {
+        Self { known: Some(still), ..self }
     }
 
     /// The memory, for the next map.
@@ -74,7 +81,16 @@ impl<'a> TracedMap<'a> {
     fn trace(&self, centre: [f64; 2]) -> u32 {
         self.traced.fetch_add(1, Ordering::Relaxed);
         let [origin, direction] = (self.ray)(centre);
-        let (depth, moving) = self.scene.first(origin, direction).unwrap_or((1.0, false));
+        let first = match self.known {
+            None => self.scene.first(origin, direction),
+            Some(known) => {
+                let still = known.at(centre).depth;
+                let nearer = |at: &f64| *at < still;
+                let moving = self.scene.first_moving(origin, direction).filter(nearer);
+                Some(moving.map_or((still, false), |at| (at, true)))
+            }
+        };
+        let (depth, moving) = first.unwrap_or((1.0, false));
         let depth = depth as f32;
         (if moving { -depth } else { depth }).to_bits()
     }
@@ -108,6 +124,9 @@ mod tests {
         // Off the grid there is ground, and beyond it nothing.
         assert_eq!(map.at([-3.0, 4.0]).depth, 0.5);
         assert_eq!(map.at([500.0, 4.0]), MapTexel { depth: 1.0, moving: false });
+        let still = TracedMap::new(PosedTriangles { moving: None, ..scene }, [16, 16], ray, Vec::new());
+        let over = TracedMap::new(scene, [16, 16], ray, Vec::new()).over(&still);
+        assert_eq!([over.at([8.2, 7.9]), over.at([1.0, 1.0]), over.at([-3.0, 4.0])], [high, low, low]);
         let again = TracedMap::new(scene, [4, 4], ray, map.into_memory());
         assert_eq!((again.at([1.0, 1.0]), again.traced()), (low, 1));
     }

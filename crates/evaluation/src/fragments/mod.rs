@@ -140,11 +140,11 @@ impl LoadedScene<'_> {
     }
 }
 
-fn is_stack(label: &str) -> bool {
+pub(crate) fn is_stack(label: &str) -> bool {
     Path::new(label).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
 }
 
-fn depth_map(stack: &ShadowMapStack) -> Result<DepthMap, FilteringError> {
+pub(crate) fn depth_map(stack: &ShadowMapStack) -> Result<DepthMap, FilteringError> {
     let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
     DepthMap::new(stack.width as usize, stack.height as usize, depths)
 }
@@ -187,7 +187,7 @@ fn median_gradient(stack: &ShadowMapStack) -> f64 {
 
 /// Side of a texel over the depth range: the geometric mean of both sides, which are fitted on their own. Under a local
 /// light texels grow with the distance; the one in the middle counts.
-fn texel_depth(frame: &LightFrame) -> f64 {
+pub(crate) fn texel_depth(frame: &LightFrame) -> f64 {
     let [x, y] = frame.texels_per_unit;
     let side = 1.0 / (x * y).sqrt();
     let growth = frame.eye.map_or(1.0, |_| (frame.near + 0.5 * frame.depth_range) / frame.near);

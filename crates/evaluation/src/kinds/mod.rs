@@ -7,6 +7,7 @@ pub(crate) mod search;
 pub(crate) mod soft_shadows;
 pub(crate) mod speed_accuracy;
 pub(crate) mod stability;
+pub(crate) mod temporal_shadows;
 
 use crate::experiment::kind::Kind;
 
@@ -19,4 +20,5 @@ pub(crate) static KINDS: &[Kind] = &[
     Kind::of::<stability::StabilityExperiment>(),
     Kind::of::<speed_accuracy::SpeedAccuracyExperiment>(),
     Kind::of::<soft_shadows::SoftShadowsExperiment>(),
+    Kind::of::<temporal_shadows::TemporalShadowsExperiment>(),
 ];

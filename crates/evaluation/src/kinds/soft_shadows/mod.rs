@@ -15,6 +15,7 @@ mod sweep;
 mod timing;
 mod view;
 
+pub(crate) use method::Prepared;
 pub use method::{Corners, MethodSetting, Precision};
 pub use records::{
     ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord, SoftSample,
