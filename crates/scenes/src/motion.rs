@@ -200,7 +200,8 @@ impl MovingScene {
 
 /// The triangles that stay and those that move, these with vertices of their own.
 fn split(scene: &Scene, moves: impl Fn(usize) -> bool) -> (Scene, Scene) {
-    let empty = Scene { vertices: Vec::new(), triangles: Vec::new(), triangle_material: Vec::new(), ..scene.clone() };
+    let empty =
+        Scene { vertices: Vec::new(), triangles: Vec::new(), triangle_material: Vec::new(), ..scene.clone() };
     let (mut still, mut part) = (Scene { vertices: scene.vertices.clone(), ..empty.clone() }, empty);
     let mut places = vec![u32::MAX; scene.vertices.len()];
     for (index, corners) in scene.triangles.iter().enumerate() {

@@ -74,7 +74,10 @@ mod tests {
     #[test]
     fn each_movement_keeps_what_it_should() {
         let still = path(Movement::Still);
-        assert_eq!((0..10).map(|frame| still.camera(&START, frame).eye).max_by(|a, b| a[0].total_cmp(&b[0])), Some(START.eye));
+        assert_eq!(
+            (0..10).map(|frame| still.camera(&START, frame).eye).max_by(|a, b| a[0].total_cmp(&b[0])),
+            Some(START.eye)
+        );
         let orbit = path(Movement::Orbit).camera(&START, 1);
         assert!((orbit.eye[0], orbit.target) == (orbit.eye[0].clamp(-1e-6, 1e-6), START.target), "{orbit:?}");
         assert!((f64::from(orbit.eye[2]) + 3.0).abs() < 1e-6 && orbit.eye[1] == 2.0, "{orbit:?}");

@@ -286,13 +286,15 @@ fn first_surfaces_are_the_nearest() {
     let mut hits = 0;
     for _ in 0..2000 {
         let origin = [25.0 * random.unit() - 2.0, 4.0 * random.unit() - 1.0, 25.0 * random.unit() - 2.0];
-        let direction = [0, 1, 2].map(|k| if k == 1 { 2.0 * random.unit() - 1.6 } else { 30.0 * (random.unit() - 0.5) });
+        let direction =
+            [0, 1, 2].map(|k| if k == 1 { 2.0 * random.unit() - 1.6 } else { 30.0 * (random.unit() - 0.5) });
         for endless in [false, true] {
             let sheared = Sheared::new(origin, direction);
             let end = if endless { f64::INFINITY } else { 1.0 };
             let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
             let met = (0..triangles.len()).filter_map(|t| Some((sheared.meets(&corners(t))?, t as u32)));
-            let nearest = met.filter(|(at, _)| (0.0..=end).contains(at)).min_by(|a, b| a.partial_cmp(b).unwrap());
+            let nearest =
+                met.filter(|(at, _)| (0.0..=end).contains(at)).min_by(|a, b| a.partial_cmp(b).unwrap());
             assert_eq!(scene.first(origin, direction, endless), nearest);
             hits += usize::from(nearest.is_some());
         }

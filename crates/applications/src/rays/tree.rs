@@ -243,7 +243,9 @@ impl Triangles {
             traverse!(self.tree, node, state, intersect(node, &ray, state.oct_inv4), {
                 match visitor(state.primitive_id as usize) {
                     Visit::Continue => {}
-                    Visit::Until(end) => ray.tmax = ((end * at - skipped) as f32 * END_ROUNDING).min(ray.tmax),
+                    Visit::Until(end) => {
+                        ray.tmax = ((end * at - skipped) as f32 * END_ROUNDING).min(ray.tmax)
+                    }
                     Visit::Stop => {
                         found = true;
                         break 'search;

@@ -59,6 +59,8 @@ pub struct TemporalMethod {
     pub follow: bool,
     /// Whether percentage-closer soft shadows use a second map, from the light's middle, instead of the frame's own.
     pub centre_map: bool,
+    /// Whether tests are shadow rays in place of lookups: a map of unlimited resolution.
+    pub exact: bool,
 }
 
 /// Why a method makes no sense.
@@ -86,6 +88,8 @@ pub struct FramePixel {
     pub receiver: f64,
     /// tau.
     pub in_shadow: bool,
+    /// The same by a shadow ray, where one was sent.
+    pub hidden: bool,
     /// Distance from the light's plane of what the map saw.
     pub map_distance: f64,
     /// Whether that moves.
@@ -172,6 +176,7 @@ impl TemporalMethod {
             moving: MovingCasters::Texel,
             follow: false,
             centre_map: false,
+            exact: false,
         }
     }
 
@@ -219,7 +224,9 @@ impl TemporalMethod {
         let updated: Vec<Option<(History, Shaded)>> = pixels
             .par_iter()
             .enumerate()
-            .map(|(i, pixel)| pixel.as_ref().map(|pixel| self.updated(before, pixel, &|| start(i, self.centre_map))))
+            .map(|(i, pixel)| {
+                pixel.as_ref().map(|pixel| self.updated(before, pixel, &|| start(i, self.centre_map)))
+            })
             .collect();
         let (histories, mut shaded): (Vec<_>, Vec<_>) =
             updated.into_iter().map(|one| one.map_or((None, None), |(h, s)| (Some(h), Some(s)))).unzip();
@@ -278,7 +285,8 @@ impl TemporalMethod {
         };
         let history = self.stored(&next);
         let estimate = history.estimate;
-        let standard_error = if self.cautious { estimate.cautious_error() } else { estimate.standard_error() };
+        let standard_error =
+            if self.cautious { estimate.cautious_error() } else { estimate.standard_error() };
         let share = estimate.fraction().clamp(0.0, 1.0);
         let shaded = Shaded {
             shadow: share,
@@ -311,7 +319,8 @@ impl TemporalMethod {
             shadowed += share * history.estimate.shadowed;
             distance += share * history.depth;
             // Averages count by what they are averages of.
-            let of = share * if self.blockers_only { history.estimate.shadowed } else { history.estimate.tests };
+            let of =
+                share * if self.blockers_only { history.estimate.shadowed } else { history.estimate.tests };
             known += of;
             anyone += share * history.blocker;
             blocker += of * history.blocker;
@@ -346,19 +355,21 @@ impl TemporalMethod {
             let tests = (estimate.tests - self.start_tests).max(0.0);
             (tests, if self.start_tests > 0.0 { self.start_blockers } else { 0.0 })
         };
-        let sample =
-            FrameSample { depth: pixel.depth, in_shadow: pixel.in_shadow, map_depth: pixel.map_distance };
+        let in_shadow = if self.exact { pixel.hidden } else { pixel.in_shadow };
+        let sample = FrameSample { depth: pixel.depth, in_shadow, map_depth: pixel.map_distance };
         let start = Restart { fraction: 0.0, blocker: 0.0, tests: self.start_tests, blockers };
-        History::stored(estimate, history.depth, history.blocker, samples).with(&sample, &start, self.blockers_only)
+        History::stored(estimate, history.depth, history.blocker, samples).with(
+            &sample,
+            &start,
+            self.blockers_only,
+        )
     }
 
     /// What the buffer keeps of it.
     fn stored(&self, history: &History) -> History {
         let kept = |value: f64| f64::from(self.format.round_single(value as f32));
-        let estimate = ShadowEstimate {
-            tests: kept(history.estimate.tests),
-            shadowed: kept(history.estimate.shadowed),
-        };
+        let estimate =
+            ShadowEstimate { tests: kept(history.estimate.tests), shadowed: kept(history.estimate.shadowed) };
         History::stored(estimate, kept(history.depth), kept(history.blocker), 0.0)
     }
 

@@ -15,6 +15,7 @@ fn pixel(x: usize, y: usize, in_shadow: bool) -> FramePixel {
         followed: before,
         receiver: 8.0,
         in_shadow,
+        hidden: in_shadow,
         map_distance: if in_shadow { 4.0 } else { 8.0 },
         moving: false,
     }
@@ -48,7 +49,8 @@ fn sampling_alone_is_equation_5() {
 
 #[test]
 fn a_start_counts_as_its_tests() {
-    let shaded = run(&TemporalMethod { format: NumberFormat::F32, ..TemporalMethod::published() }, 3)[0].unwrap();
+    let shaded =
+        run(&TemporalMethod { format: NumberFormat::F32, ..TemporalMethod::published() }, 3)[0].unwrap();
     // The first frame's own test is not used: rho = 4 / 2, then tests of frames 1 and 2, both lit.
     assert_eq!((shaded.tests, shaded.estimate), (6.0, 2.0 / 6.0));
     assert!(shaded.filtered && shaded.lookups == 18);
@@ -70,7 +72,8 @@ fn other_surfaces_and_moving_casters_begin_anew() {
     let start = |_: usize, _: bool| Start { fraction: 0.25, blocker: None, moving: true };
     let method = TemporalMethod { filter: FilterSource::Off, ..TemporalMethod::published() };
     let seen = |pixel: FramePixel, method: &TemporalMethod| {
-        let frame = |buffer: &ShadowBuffer, pixel| method.frame(buffer, &[Some(pixel)], &SCREEN, &taps(), &start);
+        let frame =
+            |buffer: &ShadowBuffer, pixel| method.frame(buffer, &[Some(pixel)], &SCREEN, &taps(), &start);
         let (buffer, _) = frame(&ShadowBuffer::empty(1, 1), pixel_at_rest());
         frame(&buffer, pixel).1[0].unwrap().restarted
     };
@@ -93,7 +96,8 @@ fn pixel_at_rest() -> FramePixel {
 #[test]
 fn the_filter_is_as_wide_as_the_penumbra_and_keeps_to_the_surface() {
     // Left half in shadow, one test each; the penumbra is 1 x (8 - 4) / 4 x 100 / 10 = 10 pixels wide.
-    let method = TemporalMethod { filter: FilterSource::Current, cautious: true, blockers_only: true, ..alone() };
+    let method =
+        TemporalMethod { filter: FilterSource::Current, cautious: true, blockers_only: true, ..alone() };
     let wide = 40;
     let mut pixels: Vec<_> = (0..wide * wide).map(|i| Some(pixel(i % wide, i / wide, true))).collect();
     for (i, pixel) in pixels.iter_mut().enumerate() {

@@ -22,7 +22,8 @@ pub(super) fn counts(experiment: &TemporalShadowsExperiment) -> Vec<CountRecord>
     for (index, method) in experiment.gathering() {
         // A start by other means is right here: what is left is counting.
         let method = TemporalMethod { filter: FilterSource::Off, ..method.clone() };
-        let start = |i: usize, _: bool| Start { fraction: shares[i], blocker: Some(DISTANCE / 2.0), moving: false };
+        let start =
+            |i: usize, _: bool| Start { fraction: shares[i], blocker: Some(DISTANCE / 2.0), moving: false };
         let mut buffer = ShadowBuffer::empty(count, 1);
         for frame in 0..last {
             let [x, _] = halton(HALTON_START + frame as u64);
@@ -38,6 +39,7 @@ pub(super) fn counts(experiment: &TemporalShadowsExperiment) -> Vec<CountRecord>
                         followed: before,
                         receiver: DISTANCE,
                         in_shadow,
+                        hidden: in_shadow,
                         map_distance: if in_shadow { DISTANCE / 2.0 } else { DISTANCE },
                         moving: false,
                     })

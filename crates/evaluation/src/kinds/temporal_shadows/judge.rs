@@ -103,12 +103,14 @@ pub(super) fn record(group: &Group<'_>, class: &str, outcomes: &[Outcome]) -> Te
         standard_error: rounded(((square - mean * mean).max(0.0) / count).sqrt()),
         signed_mean: rounded(errors.iter().sum::<f64>() / count),
         p95: rounded(percentile(&magnitudes, 0.95)),
-        flicker: (!flickers.is_empty()).then(|| rounded(flickers.iter().sum::<f64>() / flickers.len() as f64)),
+        flicker: (!flickers.is_empty())
+            .then(|| rounded(flickers.iter().sum::<f64>() / flickers.len() as f64)),
         estimate_error: of_gathered(&|_, error| error.abs()).map(rounded),
         estimate_rms: of_gathered(&|_, error| error * error).map(|mean| rounded(mean.sqrt())),
         believed_rms: of_gathered(&|g, _| believed(g).powi(2)).map(|mean| rounded(mean.sqrt())),
         within: of_gathered(&|g, error| share(error.abs() <= believed(g))).map(rounded),
-        falsely_certain: of_gathered(&|g, error| share(believed(g) == 0.0 && error.abs() > WRONG)).map(rounded),
+        falsely_certain: of_gathered(&|g, error| share(believed(g) == 0.0 && error.abs() > WRONG))
+            .map(rounded),
         tests: of_gathered(&|g, _| f64::from(g.tests)).map(rounded),
         restarted: of_gathered(&|g, _| share(g.restarted)).map(rounded),
         filtered: of_gathered(&|g, _| share(g.filtered)).map(rounded),
@@ -132,7 +134,13 @@ mod tests {
             truth,
             classes: Classes { penumbra: true, new: false, changed },
             flicker: changed.then_some(0.5),
-            gathered: Some(Gathered { estimate: shadow, believed, tests: 4.0, restarted: changed, filtered: false }),
+            gathered: Some(Gathered {
+                estimate: shadow,
+                believed,
+                tests: 4.0,
+                restarted: changed,
+                filtered: false,
+            }),
             lookups: 2.0,
         };
         let outcomes = [

@@ -46,7 +46,8 @@ impl MappedLight {
         let middle = self.placed.middle;
         let offset = self.placed.towards(middle, point);
         let centre = self.frame.near + 0.5 * self.frame.depth_range;
-        let shift = [self.frame.right, self.frame.down].map(|axis| dot(offset, axis) * self.frame.near / centre);
+        let shift =
+            [self.frame.right, self.frame.down].map(|axis| dot(offset, axis) * self.frame.near / centre);
         let origin_texel =
             [0, 1].map(|k| self.frame.origin_texel[k] + shift[k] * self.frame.texels_per_unit[k]);
         LightFrame { eye: Some([0, 1, 2].map(|k| middle[k] + offset[k])), origin_texel, ..self.frame }

@@ -81,6 +81,8 @@ pub struct GatherSetting {
     follow: Option<bool>,
     #[serde(skip_serializing_if = "Option::is_none")]
     centre_map: Option<bool>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exact: Option<bool>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
@@ -131,6 +133,7 @@ impl GatherSetting {
             moving,
             follow: self.follow.unwrap_or(published.follow),
             centre_map: self.centre_map.unwrap_or(published.centre_map),
+            exact: self.exact.unwrap_or(published.exact),
         })
     }
 
@@ -158,6 +161,7 @@ impl GatherSetting {
             }),
             follow: Some(method.follow),
             centre_map: Some(method.centre_map),
+            exact: Some(method.exact),
         }
     }
 }
@@ -168,9 +172,9 @@ impl TryFrom<Written> for TemporalTechnique {
     fn try_from(written: Written) -> Result<Self, String> {
         let Written { name, role, bias, gather, taps, method } = written;
         let choice = match (gather, taps, method) {
-            (Some(gather), None, None) => {
-                MethodChoice::Temporal(gather.method().map_err(|error| format!("technique `{name}`: {error}"))?)
-            }
+            (Some(gather), None, None) => MethodChoice::Temporal(
+                gather.method().map_err(|error| format!("technique `{name}`: {error}"))?,
+            ),
             (None, Some(taps), None) => MethodChoice::Taps(taps),
             (None, None, Some(method)) => MethodChoice::Soft(method),
             _ => return Err(format!("technique `{name}` needs one of `gather`, `taps` and `method`")),
@@ -212,7 +216,8 @@ impl TemporalTechnique {
             }),
             MethodChoice::Taps(taps) if (1..=MAX_TAPS).contains(taps) => Ok(()),
             MethodChoice::Taps(taps) => {
-                let reason = format!("technique `{}`: taps = {taps} is not between 1 and {MAX_TAPS}", self.name);
+                let reason =
+                    format!("technique `{}`: taps = {taps} is not between 1 and {MAX_TAPS}", self.name);
                 Err(EvaluationError::key(format!("{place}.taps"), reason))
             }
             MethodChoice::Soft(method) => method.check(&self.name, &format!("{place}.method")),

@@ -17,10 +17,5 @@ mod settings;
 mod timing;
 
 pub use method::{GatherSetting, MethodChoice, TemporalTechnique};
-pub use records::{
-    CountRecord, TemporalPictureRecord, TemporalRecord, TemporalSample, TemporalViewRecord,
-};
-pub use settings::{
-    CountingSetting, PathSetting, ScaledLight, TemporalPicture, TemporalShadowsExperiment,
-};
-pub(crate) use settings::check_camera;
+pub use records::{CountRecord, TemporalPictureRecord, TemporalRecord, TemporalSample, TemporalViewRecord};
+pub use settings::{CountingSetting, PathSetting, ScaledLight, TemporalPicture, TemporalShadowsExperiment};

@@ -93,7 +93,9 @@ impl<'a> Album<'a> {
             }
             page.constant = at.constant;
             for name in &setting.techniques {
-                let Some(technique) = experiment.technique.iter().position(|t| t.name == *name) else { continue };
+                let Some(technique) = experiment.technique.iter().position(|t| t.name == *name) else {
+                    continue;
+                };
                 let shadows = match tracks(technique) {
                     Some(shaded) => shaded.iter().map(|shaded| shaded.map(|shaded| shaded.shadow)).collect(),
                     None => made_anew(plan, shown, lit, technique)?,
@@ -199,9 +201,8 @@ fn made_anew(
     index: usize,
 ) -> Result<Vec<Option<f64>>, EvaluationError> {
     let technique = &plan.experiment.technique[index];
-    let ready = Ready::new(technique, lit, plan.experiment.scenery.seed).map_err(|error| {
-        EvaluationError::Value(format!("technique `{}`: {error}", technique.name))
-    })?;
+    let ready = Ready::new(technique, lit, plan.experiment.scenery.seed)
+        .map_err(|error| EvaluationError::Value(format!("technique `{}`: {error}", technique.name)))?;
     let one = |pixel: usize| {
         let (seen, ready) = (shown.lit.seen[pixel].as_ref()?, ready.as_ref()?);
         Some(ready.shadow(lit, plan.bias(index), seen, seen.position).unwrap_or(0.0))

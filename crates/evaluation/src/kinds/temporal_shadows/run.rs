@@ -16,7 +16,7 @@ use crate::fragments::chosen;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::statistics::rounded;
-use applications::rays::Triangles;
+use applications::rays::{PosedTriangles, Segment, Triangles};
 use applications::samples::{HALTON_START, halton};
 use applications::soft_shadow::{AreaTruth, OccludedFraction};
 use applications::temporal::{
@@ -24,6 +24,7 @@ use applications::temporal::{
 };
 use quantization::NumberFormat;
 use rayon::prelude::*;
+use scenes::vector::minus;
 use shadow_filtering::{DepthBias, DepthMap};
 use std::sync::atomic::AtomicU32;
 
@@ -68,6 +69,8 @@ struct Lighting<'a> {
     /// Kept where all frames show the same.
     samples: Option<Vec<Sample>>,
     map: Option<DepthMap>,
+    /// Methods without memory, by technique; kept where nothing moves.
+    ready: Vec<Option<Ready>>,
 }
 
 /// A judged pixel.
@@ -170,7 +173,7 @@ impl Plan<'_> {
         let lights = self.lights(stage, &scenery)?;
         let mut lightings: Vec<Lighting<'_>> = Vec::new();
         for (light, setting) in &lights {
-            let still = applications::rays::PosedTriangles { moving: None, ..scenery.posed(0) };
+            let still = PosedTriangles { moving: None, ..scenery.posed(0) };
             lightings.push(Lighting {
                 setting: *setting,
                 light,
@@ -179,13 +182,21 @@ impl Plan<'_> {
                 tracks: Vec::new(),
                 samples: None,
                 map: None,
+                ready: Vec::new(),
             });
         }
         let mut current = Sight::new(experiment, &scenery, setting, 0)?;
         let mut ages = vec![OLD; current.depth.len()];
         let largest = largest_coordinate(&scenery.scene.at(0));
+        // Shadow rays in every frame take one tree for all frames.
+        let whole = if constant { Some(scenery.whole(0)?) } else { None };
+        let exact = whole.as_ref().map(|whole| (whole.triangles(), largest));
         for frame in 0..setting.frames {
-            let next = if frame == 0 || constant { None } else { Some(Sight::new(experiment, &scenery, setting, frame)?) };
+            let next = if frame == 0 || constant {
+                None
+            } else {
+                Some(Sight::new(experiment, &scenery, setting, frame)?)
+            };
             if let Some(next) = &next {
                 ages = aged(next, &current, &scenery, &ages);
             }
@@ -193,10 +204,20 @@ impl Plan<'_> {
             let judged = setting.judged.contains(&(frame + 1));
             let wholes = if judged { Some(self.wholes(&scenery, frame)?) } else { None };
             for lighting in &mut lightings {
-                let lit = self.gather(&scenery, (sight, last), lighting, frame);
+                let lit = self.gather(&scenery, (sight, last), lighting, (frame, exact));
                 if let Some((now, then)) = &wholes {
                     let whole = (now.triangles(), then.as_ref().map(|then| then.triangles()));
-                    let at = At { stage, path, frame, scenery: &scenery, sight, last, ages: &ages, largest, constant };
+                    let at = At {
+                        stage,
+                        path,
+                        frame,
+                        scenery: &scenery,
+                        sight,
+                        last,
+                        ages: &ages,
+                        largest,
+                        constant,
+                    };
                     self.judge(&at, whole, lighting, &lit, ledger, album)?;
                 }
             }
@@ -233,12 +254,13 @@ impl Plan<'_> {
         Ok((scenery.whole(frame)?, earlier.transpose()?))
     }
 
-    /// Pixels on the maps of a frame.
+    /// Pixels on the maps of a frame; tested by shadow rays, too, where there are triangles for them.
     pub(super) fn lit_pixels(
         &self,
         scenery: &Scenery<'_>,
         (sight, last): (&Sight, &Sight),
         (light, map, middle): (&MappedLight, &PointMap<'_>, &PointMap<'_>),
+        exact: Option<(&Triangles, f64)>,
     ) -> LitPixels {
         let bias = self.gathering_bias();
         let one = |pixel: usize| {
@@ -246,13 +268,23 @@ impl Plan<'_> {
             let surface = (seen.position, seen.normal);
             let placed = on_map(&map.frame, light.texel_depth, bias, surface)?;
             let centre = on_map(&middle.frame, light.texel_depth, bias, surface)?;
-            let (in_shadow, map_distance, moving) = map.test(&placed);
+            let (behind, map_distance, moving) = map.test(&placed);
+            // What looks away from the frame's point of the light is dark whatever the map says.
+            let hides_itself = map.frame.eye.is_some_and(|eye| !seen.faces(eye));
+            let hidden = exact.map(|(whole, largest)| {
+                let surface = seen.surface(whole, largest);
+                let direction = map.frame.eye.map_or([0.0; 3], |eye| minus(eye, surface.position));
+                let from = Some(surface.triangle);
+                whole.occludes(&Segment { origin: surface.position, direction, endless: false, from })
+            });
+            let in_shadow = behind || hides_itself;
             let pixel = FramePixel {
                 depth: sight.depth[pixel],
                 before: last.view.project(seen.position),
                 followed: last.view.project(sight.place_in(last, &seen)),
                 receiver: map.distance(placed.depth),
                 in_shadow,
+                hidden: hidden.unwrap_or(in_shadow),
                 map_distance,
                 moving,
             };
@@ -276,27 +308,32 @@ impl Plan<'_> {
         scenery: &Scenery<'_>,
         sights: (&Sight, &Sight),
         lighting: &mut Lighting<'_>,
-        frame: usize,
+        (frame, exact): (usize, Option<(&Triangles, f64)>),
     ) -> LitPixels {
         let Lighting { light, still, memory, tracks, .. } = lighting;
         let posed = scenery.posed(frame);
         let point = halton(HALTON_START + frame as u64);
         let [of_point, of_middle] = std::mem::take(memory);
         let map = PointMap::new(posed, light, point, of_point);
-        let moved = posed.moving.is_some().then(|| PointMap::new(posed, light, [0.5; 2], of_middle).over(still));
+        let moved =
+            posed.moving.is_some().then(|| PointMap::new(posed, light, [0.5; 2], of_middle).over(still));
         let middle = moved.as_ref().unwrap_or(still);
-        let lit = self.lit_pixels(scenery, sights, (light, &map, middle));
+        let rays = exact.filter(|_| self.experiment.gathering().any(|(_, method)| method.exact));
+        let lit = self.lit_pixels(scenery, sights, (light, &map, middle), rays);
         let start = |pixel: usize, centre: bool| lit.start(pixel, centre, (&map, middle), &self.start_taps);
         let screen = self.screen(light, sights.0);
         let [width, height] = sights.0.size();
         tracks.resize_with(self.experiment.technique.len(), || None);
-        for (index, method) in self.experiment.gathering() {
+        for (index, method) in
+            self.experiment.gathering().filter(|(_, method)| !method.exact || exact.is_some())
+        {
             let track = tracks[index].get_or_insert_with(|| Track {
                 buffer: ShadowBuffer::empty(width, height),
                 shown: Vec::new(),
                 before: Vec::new(),
             });
-            let (buffer, shown) = method.frame(&track.buffer, &lit.pixels, &screen, &self.filter_taps, &start);
+            let (buffer, shown) =
+                method.frame(&track.buffer, &lit.pixels, &screen, &self.filter_taps, &start);
             track.before = std::mem::replace(&mut track.shown, shown);
             track.buffer = buffer;
         }
@@ -328,20 +365,27 @@ impl Plan<'_> {
             Some(map) => map,
             None => middle_map(at.scenery, light, at.frame)?,
         };
-        let before = if at.constant || !at.scenery.scene.has_motion() || at.frame == 0 {
+        let before = if !at.scenery.scene.has_motion() || at.frame == 0 {
             None
         } else {
             Some(middle_map(at.scenery, light, at.frame - 1)?)
         };
         let lit_by = |map| Lit { map, light, truth: &self.truth, triangles: now };
+        let mut ready = std::mem::take(&mut lighting.ready);
+        ready.resize_with(experiment.technique.len(), || None);
         let of = (lit_by(&map), before.as_ref().map(lit_by));
         for (index, technique) in experiment.technique.iter().enumerate() {
+            if lighting.tracks[index].is_none() && matches!(technique.choice, MethodChoice::Temporal(_)) {
+                continue;
+            }
             let (outcomes, error) = match &technique.choice {
                 MethodChoice::Temporal(_) => {
                     let track = lighting.tracks[index].as_ref();
                     (track.map(|track| gathered(at, &samples, lit, track)).unwrap_or_default(), String::new())
                 }
-                MethodChoice::Taps(_) | MethodChoice::Soft(_) => self.made_anew(at, index, &samples, &of),
+                MethodChoice::Taps(_) | MethodChoice::Soft(_) => {
+                    self.made_anew((at, index), &samples, &of, &mut ready[index])
+                }
             };
             let key = [lighting.setting, at.path, at.frame, index];
             let group = self.group((&at.stage.label, &light.view.name), key, &error);
@@ -360,7 +404,10 @@ impl Plan<'_> {
             ledger.views.push(self.view_record(at, lighting, lit, &samples));
         }
         if at.constant {
-            (lighting.samples, lighting.map) = (Some(samples), Some(map));
+            lighting.samples = Some(samples);
+        }
+        if !at.scenery.scene.has_motion() {
+            (lighting.map, lighting.ready) = (Some(map), ready);
         }
         Ok(())
     }
@@ -400,17 +447,18 @@ impl Plan<'_> {
     /// Outcomes of a method without memory, and the reason of the first failure.
     fn made_anew(
         &self,
-        at: &At<'_>,
-        index: usize,
+        (at, index): (&At<'_>, usize),
         samples: &[Sample],
         (now, before): &(Lit<'_>, Option<Lit<'_>>),
+        kept: &mut Option<Ready>,
     ) -> (Vec<Outcome>, String) {
         let technique = &self.experiment.technique[index];
         let bias = self.bias(index);
         let seed = self.experiment.scenery.seed;
         let ready = |lit: &Lit<'_>| Ready::new(technique, lit, seed);
-        let (ready_now, ready_before) = match (ready(now), before.as_ref().map(ready).transpose()) {
-            (Ok(Some(now)), Ok(before)) => (now, before.flatten()),
+        let made = kept.take().map_or_else(|| ready(now), |ready| Ok(Some(ready)));
+        let (ready_now, ready_before) = match (made, before.as_ref().map(ready).transpose()) {
+            (Ok(Some(now)), Ok(before)) => (&*kept.insert(now), before.flatten()),
             (Err(error), _) | (_, Err(error)) => {
                 let failed = |sample: &Sample| Outcome { shadow: f32::NAN, ..outcome(at, sample, 0.0) };
                 return (samples.iter().map(failed).collect(), error.to_string());
@@ -420,7 +468,9 @@ impl Plan<'_> {
         let judged = |sample: &Sample| -> Result<Outcome, String> {
             let shadow = ready_now.shadow(now, bias, &sample.seen, sample.seen.position)?;
             let last = match (before, &ready_before) {
-                (Some(before), Some(ready)) => ready.shadow(before, bias, &sample.seen, sample.seen.position)?,
+                (Some(before), Some(ready)) => {
+                    ready.shadow(before, bias, &sample.seen, sample.seen.position)?
+                }
                 // What stands still under a light that stands still looks the same.
                 _ => shadow,
             };
@@ -430,8 +480,8 @@ impl Plan<'_> {
         let outcomes: Vec<Result<Outcome, String>> = samples.par_iter().map(judged).collect();
         let reason = outcomes.iter().find_map(|outcome| outcome.as_ref().err().cloned()).unwrap_or_default();
         let failed = |sample: &Sample| Outcome { shadow: f32::NAN, ..outcome(at, sample, 0.0) };
-        let kept = outcomes.into_iter().zip(samples);
-        (kept.map(|(outcome, sample)| outcome.unwrap_or_else(|_| failed(sample))).collect(), reason)
+        let paired = outcomes.into_iter().zip(samples);
+        (paired.map(|(outcome, sample)| outcome.unwrap_or_else(|_| failed(sample))).collect(), reason)
     }
 
     /// Depth bias of a technique, with the limit of slopes.
@@ -475,12 +525,14 @@ impl Plan<'_> {
         for (view, key, outcomes) in &ledger.pooled {
             let failed = ledger.rows.iter().find(|row| {
                 let group = self.group(("", view), *key, "");
-                let same = row.technique == group.technique && row.light == group.light && row.path == group.path;
+                let same =
+                    row.technique == group.technique && row.light == group.light && row.path == group.path;
                 same && row.frame == group.frame && !row.error.is_empty()
             });
             let error = failed.map(|row| row.error.clone()).unwrap_or_default();
             let group = self.group(("all", view), *key, &error);
-            let rows: Vec<TemporalRecord> = CLASSES.iter().map(|class| record(&group, class, outcomes)).collect();
+            let rows: Vec<TemporalRecord> =
+                CLASSES.iter().map(|class| record(&group, class, outcomes)).collect();
             ledger.rows.extend(rows);
         }
     }
@@ -521,7 +573,9 @@ impl Plan<'_> {
             judged: samples.len(),
             mean_truth: rounded(mean(&|truth| truth.fraction)),
             mean_standard_error: rounded(mean(&|truth| truth.standard_error)),
-            largest_standard_error: rounded(samples.iter().map(|s| s.truth.standard_error).fold(0.0, f64::max)),
+            largest_standard_error: rounded(
+                samples.iter().map(|s| s.truth.standard_error).fold(0.0, f64::max),
+            ),
             rays,
             penumbra: penumbra.len(),
             penumbra_pixels: rounded(widths.iter().sum::<f64>() / widths.len().max(1) as f64),
@@ -588,7 +642,8 @@ fn gathered(at: &At<'_>, samples: &[Sample], lit: &LitPixels, track: &Track) -> 
             // Interpolation would be a change of its own where nothing moves.
             if at.constant { shown(sample.pixel) } else { at.last.interpolated(place, shown) }
         });
-        let flicker = last.filter(|_| sample.is_unchanged(at)).map(|last| (shaded.shadow - last).abs() as f32);
+        let flicker =
+            last.filter(|_| sample.is_unchanged(at)).map(|last| (shaded.shadow - last).abs() as f32);
         let gathered = Gathered {
             estimate: shaded.estimate as f32,
             believed: shaded.standard_error as f32,

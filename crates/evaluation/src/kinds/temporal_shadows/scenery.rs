@@ -5,7 +5,7 @@ use crate::error::EvaluationError;
 use crate::fragments::is_stack;
 use applications::rays::{PosedTriangles, Surface, Triangles};
 use rayon::prelude::*;
-use scenes::vector::dot;
+use scenes::vector::{cross, dot, minus, normalize};
 use scenes::{LightView, MovingScene, Pose, Scene};
 use shadow_renderer::{CameraView, Frame, NO_TRIANGLE};
 
@@ -110,6 +110,8 @@ pub(super) struct Sight {
     pub(super) view: CameraView,
     /// Distance along the view of each pixel; 0 without a surface.
     pub(super) depth: Vec<f64>,
+    /// Unit normal of each pixel's triangle, towards the camera: interpolated ones tell nothing of shadow.
+    normal: Vec<[f64; 3]>,
     pose: Pose,
     /// Pixels of the border to each side.
     pub(super) margin: [u32; 2],
@@ -131,7 +133,8 @@ impl Sight {
         path: &PathSetting,
         frame: usize,
     ) -> Result<Self, EvaluationError> {
-        let margin = experiment.camera.map(|side| (0.5 * experiment.overscan * f64::from(side)).round() as u32);
+        let margin =
+            experiment.camera.map(|side| (0.5 * experiment.overscan * f64::from(side)).round() as u32);
         let [width, height] = [0, 1].map(|k| experiment.camera[k] + 2 * margin[k]);
         let mut scene = scenery.scene.at(frame).into_owned();
         let mut camera = path.camera(experiment.zoom).camera(&scenery.scene.still().camera, frame);
@@ -147,7 +150,18 @@ impl Sight {
             if triangle == NO_TRIANGLE { 0.0 } else { view.project(position.map(f64::from))[2] }
         };
         let depth = frame_of.position.par_iter().zip(&frame_of.triangle).map(distance).collect();
-        Ok(Self { frame: frame_of, view, depth, pose: scenery.scene.pose(frame), margin })
+        let normal = |(position, &triangle): (&[f32; 3], &u32)| {
+            if triangle == NO_TRIANGLE {
+                return [0.0; 3];
+            }
+            let corners = scene.triangles[triangle as usize];
+            let [a, b, c] = corners.map(|v| scene.vertices[v as usize].position.map(f64::from));
+            let normal = normalize(cross(minus(b, a), minus(c, a)));
+            let towards_camera = minus(camera.eye.map(f64::from), position.map(f64::from));
+            if dot(normal, towards_camera) < 0.0 { normal.map(|c| -c) } else { normal }
+        };
+        let normal = frame_of.position.par_iter().zip(&frame_of.triangle).map(normal).collect();
+        Ok(Self { frame: frame_of, view, depth, normal, pose: scenery.scene.pose(frame), margin })
     }
 
     pub(super) fn size(&self) -> [usize; 2] {
@@ -171,9 +185,8 @@ impl Sight {
             return None;
         }
         let position = self.frame.position[pixel].map(f64::from);
-        let normal = self.frame.normal[pixel].map(f64::from);
-        let towards = [0, 1, 2].map(|k| eye[k] - position[k]);
-        (dot(normal, towards) > 0.0).then(|| Seen { position, normal, triangle, moves: scene.moves(triangle) })
+        let seen = Seen { position, normal: self.normal[pixel], triangle, moves: scene.moves(triangle) };
+        seen.faces(eye).then_some(seen)
     }
 
     /// Whether a pixel shows a surface at some distance, up to a share of it.
@@ -186,7 +199,11 @@ impl Sight {
     }
 
     /// What a frame showed at a place of it: between the pixels of the same surface, where they make most of it.
-    pub(super) fn interpolated(&self, [x, y, distance]: [f64; 3], value: impl Fn(usize) -> Option<f64>) -> Option<f64> {
+    pub(super) fn interpolated(
+        &self,
+        [x, y, distance]: [f64; 3],
+        value: impl Fn(usize) -> Option<f64>,
+    ) -> Option<f64> {
         let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
         let (mut sum, mut weight) = (0.0, 0.0);
         for (dx, dy) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)] {
@@ -207,6 +224,11 @@ impl Sight {
 }
 
 impl Seen {
+    /// Whether a point lies in front of the surface.
+    pub(super) fn faces(&self, point: [f64; 3]) -> bool {
+        dot(self.normal, minus(point, self.position)) > 0.0
+    }
+
     /// On the triangles of the frame, for shadow rays; where rounding lost it, the point itself.
     pub(super) fn surface(&self, whole: &Triangles, largest: f64) -> Surface {
         let found = whole.surface_near(self.position, self.normal, REACH * largest);

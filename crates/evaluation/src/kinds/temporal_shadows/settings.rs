@@ -122,6 +122,16 @@ fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError>
 }
 
 impl PathSetting {
+    /// Whether neither camera nor scene moves.
+    pub fn is_still(&self) -> bool {
+        self.movement == Movement::Still && !self.moving
+    }
+
+    /// Whether the camera jumps.
+    pub fn is_cut(&self) -> bool {
+        self.movement == Movement::Cut
+    }
+
     /// The camera's way.
     pub(super) fn camera(&self, zoom: f64) -> CameraPath {
         CameraPath { movement: self.movement, degrees: self.degrees, zoom, frames: self.frames }
@@ -183,7 +193,8 @@ impl ScaledLight {
         unique(("light", "name", "light"), lights.iter().map(|light| light.name.as_str()))?;
         for (i, light) in lights.iter().enumerate() {
             if !(light.scale > 0.0 && light.scale <= 1000.0) {
-                let reason = format!("light `{}`: scale = {} does not lie in (0, 1000]", light.name, light.scale);
+                let reason =
+                    format!("light `{}`: scale = {} does not lie in (0, 1000]", light.name, light.scale);
                 return fail(format!("light[{i}].scale"), reason);
             }
         }
@@ -231,7 +242,10 @@ impl Settings for TemporalShadowsExperiment {
             technique.check(&format!("technique[{i}]"))?;
         }
         if !(1..=4096).contains(&self.counting.pixels) {
-            return fail("counting.pixels", format!("pixels = {} is not between 1 and 4096", self.counting.pixels));
+            return fail(
+                "counting.pixels",
+                format!("pixels = {} is not between 1 and 4096", self.counting.pixels),
+            );
         }
         if let Some(frames) = self.counting.frames.iter().find(|frames| !(1..=1 << 20).contains(*frames)) {
             return fail("counting.frames", format!("frames = {frames} is not between 1 and 2^20"));
@@ -297,7 +311,8 @@ impl TemporalShadowsExperiment {
             return fail(place, format!("picture `{}` shows nothing", picture.id));
         }
         if let Some(frame) = picture.frames.iter().find(|frame| !path.judged.contains(frame)) {
-            let reason = format!("picture `{}`: frame {frame} is not judged on path `{}`", picture.id, path.name);
+            let reason =
+                format!("picture `{}`: frame {frame} is not judged on path `{}`", picture.id, path.name);
             return fail(format!("{place}.frames"), reason);
         }
         check_output(self.camera, &picture.insets)

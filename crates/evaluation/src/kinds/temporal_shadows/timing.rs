@@ -38,7 +38,9 @@ pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TemporalSample>
             let points = [0, 1].map(|frame| halton(HALTON_START + frame));
             let maps = points.map(|point| PointMap::new(scenery.posed(0), light, point, Vec::new()));
             let begin = Instant::now();
-            let lit = maps.each_ref().map(|map| plan.lit_pixels(&scenery, (&sight, &sight), (light, map, &middle)));
+            let lit = maps
+                .each_ref()
+                .map(|map| plan.lit_pixels(&scenery, (&sight, &sight), (light, map, &middle), None));
             let items = lit[1].pixels.iter().flatten().count();
             push("", "map", 2 * items, begin);
             let screen = plan.screen(light, &sight);
@@ -46,7 +48,9 @@ pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TemporalSample>
             for (index, method) in experiment.gathering() {
                 let mut buffer = ShadowBuffer::empty(width, height);
                 for (frame, (lit, map)) in lit.iter().zip(&maps).enumerate() {
-                    let start = |pixel: usize, centre: bool| lit.start(pixel, centre, (map, &middle), &plan.start_taps);
+                    let start = |pixel: usize, centre: bool| {
+                        lit.start(pixel, centre, (map, &middle), &plan.start_taps)
+                    };
                     let begin = Instant::now();
                     let (after, shown) =
                         method.frame(&buffer, &lit.pixels, &screen, &plan.filter_taps, &start);
@@ -60,7 +64,9 @@ pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TemporalSample>
             let lit_by = Lit { map: &map, light, truth: &plan.truth, triangles: whole.triangles() };
             for (index, technique) in experiment.technique.iter().enumerate() {
                 // What cannot be made was recorded with the errors.
-                let Ok(Some(ready)) = Ready::new(technique, &lit_by, experiment.scenery.seed) else { continue };
+                let Ok(Some(ready)) = Ready::new(technique, &lit_by, experiment.scenery.seed) else {
+                    continue;
+                };
                 let begin = Instant::now();
                 for seen in lit[1].seen.iter().flatten() {
                     let _ = black_box(ready.shadow(&lit_by, plan.bias(index), seen, seen.position));

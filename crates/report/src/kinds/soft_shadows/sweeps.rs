@@ -1,13 +1,11 @@
 //! One parameter varied at a time: tables, charts, and which settings are safe.
 
 use super::summary::SoftTables;
-use crate::drawing::{Area, Drawn, FINE, Stroke, around, draw_title, legend, line, mesh, svg};
+use crate::drawing::{CurvePoint, ErrorCurve, error_curves};
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
-use crate::page::{Block, Drawing, Table, Text, in_percent, percent};
+use crate::page::{Block, Drawing, Table, Text, in_percent};
 use evaluation::{Sweep, SweepRecord, SweepValues};
-use plotters::prelude::{BindKeyPoints, ChartBuilder, Circle, IntoLogRange};
-use plotters::style::Color;
 
 /// A setting is safe if nothing fails and the error is within this factor of the least of the sweep.
 const SAFE: f64 = 1.05;
@@ -141,53 +139,22 @@ pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportErro
         if curves.iter().all(|points| points.len() < 2) {
             continue;
         }
+        let values = curves.iter().flatten().filter_map(|r| r.value);
+        let least = values.filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
+        let point = |r: &&SweepRecord| CurvePoint {
+            x: r.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least),
+            tick: r.setting.clone(),
+            error: r.mean_error,
+        };
+        let curve = |rows: &Vec<&SweepRecord>| {
+            let name = rows.first().map(|row| row.technique.clone()).unwrap_or_default();
+            ErrorCurve { name, points: rows.iter().map(point).collect() }
+        };
+        let curves: Vec<ErrorCurve> = curves.iter().map(curve).collect();
+        let label = label(&sweep.values);
+        let title = format!("Error by {label}, light \"{}\"", sweep.light);
         let id = format!("sweep-{}", sweep.id);
-        let title = format!("Error by {}, light \"{}\"", label(&sweep.values), sweep.light);
-        let picture = svg(&id, (640, 400), |root| draw(root, (&title, label(&sweep.values)), &curves))?;
-        drawings.push(Drawing::new(id, title, picture));
+        drawings.push(error_curves(id, title, (label, "mean |method - truth|"), &curves)?);
     }
     Ok(drawings)
-}
-
-fn draw(root: &Area<'_>, (title, label): (&str, &str), curves: &[Vec<&SweepRecord>]) -> Drawn {
-    let (top, rest) = root.split_vertically(30 * FINE);
-    draw_title(&top, title)?;
-    let (plot, key) = rest.split_vertically(rest.dim_in_pixel().1 as i32 - 40 * FINE as i32);
-    let values = || curves.iter().flatten().filter_map(|r| r.value);
-    let least = values().filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
-    let place = |r: &SweepRecord| r.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least);
-    let first = curves.iter().flatten().map(|r| place(r)).fold(f64::INFINITY, f64::min);
-    let last = values().fold(0.0, f64::max);
-    let highest = curves.iter().flatten().map(|r| r.mean_error).fold(0.0, f64::max);
-    let mut ticks: Vec<(f64, &str)> =
-        curves.iter().flatten().map(|r| (place(r), r.setting.as_str())).collect();
-    ticks.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ticks.dedup();
-    let mut builder = ChartBuilder::on(&plot);
-    builder.margin_left(6 * FINE).margin_top(6 * FINE).margin_right(16 * FINE);
-    builder.x_label_area_size(42 * FINE).y_label_area_size(56 * FINE);
-    let axis = (0.8 * first..1.25 * last).log_scale();
-    let axis = axis.with_key_points(ticks.iter().map(|tick| tick.0).collect());
-    let mut chart = builder.build_cartesian_2d(axis, 0.0..1.1 * highest.max(1e-6))?;
-    let tick = |value: &f64| {
-        let of = ticks.iter().find(|tick| tick.0 == *value);
-        of.map_or(String::new(), |tick| tick.1.to_owned())
-    };
-    let mut grid = mesh(&mut chart, 11);
-    grid.x_label_formatter(&tick).y_label_formatter(&|error| percent(*error, 1)).y_labels(7);
-    grid.x_desc(label).y_desc("mean |method - truth|");
-    grid.draw()?;
-    let mut entries = Vec::new();
-    for (n, points) in curves.iter().enumerate() {
-        let stroke = Stroke::nth(n);
-        line(&mut chart, points.iter().map(|r| (place(r), r.mean_error)).collect(), stroke)?;
-        for row in points {
-            let at = (place(row), row.mean_error);
-            chart.draw_series([Circle::new(at, 3 * FINE, stroke.colour.filled())])?;
-            let label = format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2));
-            around(chart.backend_coord(&at), 6 * FINE as i32, &label);
-        }
-        entries.extend(points.first().map(|row| (stroke, row.technique.clone())));
-    }
-    legend(&key, &entries, 3)
 }
