@@ -4,7 +4,8 @@ use quantization::NumberFormat;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::{FrameSample, History, PoissonTaps, Restart, ShadowEstimate, penumbra_width};
+use super::{FrameSample, History, Restart, ShadowEstimate, penumbra_width};
+use crate::samples::PoissonTaps;
 
 /// From which buffer the neighbourhood filter takes its taps.
 #[derive(Clone, Copy, Debug, Eq, PartialEq)]

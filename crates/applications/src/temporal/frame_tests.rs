@@ -1,5 +1,5 @@
 use super::*;
-use crate::temporal::TapShape;
+use crate::samples::TapShape;
 
 const SCREEN: Screen = Screen { light_size: 1.0, pixels_per_unit: 100.0 };
 

@@ -4,7 +4,7 @@
 mod buffer;
 mod estimate;
 mod frame;
-mod taps;
+mod sampled_field;
 mod traced_map;
 
 pub use buffer::{FrameSample, History, Restart};
@@ -12,5 +12,5 @@ pub use estimate::{ShadowEstimate, penumbra_width};
 pub use frame::{
     FilterSource, FramePixel, MethodError, MovingCasters, Screen, Shaded, ShadowBuffer, Start, TemporalMethod,
 };
-pub use taps::{PoissonTaps, SampledField, TapShape};
+pub use sampled_field::SampledField;
 pub use traced_map::{MapTexel, TracedMap};

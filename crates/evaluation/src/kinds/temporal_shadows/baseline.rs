@@ -7,10 +7,11 @@ use crate::error::EvaluationError;
 use crate::fragments::depth_map;
 use crate::kinds::soft_shadows::Prepared;
 use applications::rays::{Surface, Triangles};
+use applications::samples::{PoissonTaps, TapShape};
 use applications::soft_shadow::{
     AreaTruth, BlockerSearch, Filter, SoftReceiver, SoftShadow, percentage_closer_soft_shadow,
 };
-use applications::temporal::{PoissonTaps, SampledField, TapShape};
+use applications::temporal::SampledField;
 use quantization::QuantizationError;
 use shadow_filtering::{DepthBias, DepthMap};
 use shadow_renderer::{Backend, render_in_frame};

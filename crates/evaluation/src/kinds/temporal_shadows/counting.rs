@@ -4,9 +4,8 @@ use super::records::CountRecord;
 use super::settings::TemporalShadowsExperiment;
 use crate::statistics::rounded;
 use applications::samples::{HALTON_START, halton};
-use applications::temporal::{
-    FilterSource, FramePixel, PoissonTaps, Screen, ShadowBuffer, Start, TapShape, TemporalMethod,
-};
+use applications::samples::{PoissonTaps, TapShape};
+use applications::temporal::{FilterSource, FramePixel, Screen, ShadowBuffer, Start, TemporalMethod};
 
 /// Distance of the pixels, and of the light from them: any will do.
 const DISTANCE: f64 = 8.0;

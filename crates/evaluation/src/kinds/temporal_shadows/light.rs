@@ -5,10 +5,11 @@ use crate::fragments::light::{penumbra, placed};
 use crate::fragments::texel_depth;
 use applications::PlacedLight;
 use applications::rays::PosedTriangles;
+use applications::samples::PoissonTaps;
 use applications::soft_shadow::{
     BlockerSearch, Filter, Fragment, Penumbra, percentage_closer_blockers, percentage_closer_soft_shadow,
 };
-use applications::temporal::{MapTexel, PoissonTaps, SampledField, Start, TracedMap};
+use applications::temporal::{MapTexel, SampledField, Start, TracedMap};
 use scenes::vector::dot;
 use scenes::{LightView, Scene};
 use shadow_filtering::{DepthBias, Receiver};

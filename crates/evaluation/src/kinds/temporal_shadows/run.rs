@@ -18,10 +18,9 @@ use crate::run_directory::RecordedFile;
 use crate::statistics::rounded;
 use applications::rays::{PosedTriangles, Segment, Triangles};
 use applications::samples::{HALTON_START, halton};
+use applications::samples::{PoissonTaps, TapShape};
 use applications::soft_shadow::{AreaTruth, OccludedFraction};
-use applications::temporal::{
-    FramePixel, PoissonTaps, Screen, Shaded, ShadowBuffer, Start, TapShape, penumbra_width,
-};
+use applications::temporal::{FramePixel, Screen, Shaded, ShadowBuffer, Start, penumbra_width};
 use quantization::NumberFormat;
 use rayon::prelude::*;
 use scenes::vector::minus;
