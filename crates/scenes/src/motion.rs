@@ -1,5 +1,5 @@
 //! Scenes of which a part moves as one: the figure above the stairs, a cart around the tower of the village, a tree of the
-//! grove in the wind.
+//! grove in the wind, the upper one of two grids.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -111,16 +111,19 @@ impl MovingScene {
     /// As [`load_scene`].
     pub fn load(spec: &str) -> Result<Self, SceneError> {
         let scene = load_scene(spec)?;
-        if !procedural::NAMES.contains(&spec) {
-            return Ok(Self::resting(scene));
-        }
+        let of_material = |name: &str| {
+            let is_meant: Vec<bool> = scene.materials.iter().map(|m| m.name == name).collect();
+            split(&scene, |triangle| is_meant[scene.triangle_material[triangle] as usize])
+        };
         Ok(match spec {
             "stairs" => {
-                let of_figure: Vec<bool> = scene.materials.iter().map(|m| m.name == FIGURE).collect();
-                let moves = |triangle: usize| of_figure[scene.triangle_material[triangle] as usize];
-                let (still, part) = split(&scene, moves);
+                let (still, part) = of_material(FIGURE);
                 let motion = Motion::Hover { pivot: middle(&part) };
                 Self { still, part: Some((part, motion)) }
+            }
+            "grids" => {
+                let (still, part) = of_material(procedural::TURNING);
+                Self { still, part: Some((part, Motion::Circle)) }
             }
             "village" => {
                 let part = procedural::cart();
@@ -242,7 +245,7 @@ mod tests {
 
     #[test]
     fn every_procedural_scene_has_a_part_that_moves_and_loses_nothing() {
-        for name in procedural::NAMES {
+        for name in procedural::NAMES.into_iter().chain(["grids"]) {
             let whole = load_scene(name).unwrap();
             let moving = MovingScene::load(name).unwrap();
             assert!(moving.has_motion(), "{name}");
@@ -250,7 +253,7 @@ mod tests {
             let extra = if name == "village" { part } else { 0 };
             let first = moving.at(0);
             assert_eq!(first.triangles.len(), whole.triangles.len() + extra, "{name}");
-            assert!(part > 0 && part < whole.triangles.len() / 2, "{name}: {part}");
+            assert!(part > 0 && part < whole.triangles.len(), "{name}: {part}");
             assert!(moving.moves(first.triangles.len() as u32 - 1) && !moving.moves(0));
             let (first, later) = (first.into_owned(), moving.at(7).into_owned());
             assert_eq!(first.triangles, later.triangles);

@@ -138,6 +138,12 @@ pub struct FilteredPlane {
 }
 
 impl FilteredPlane {
+    /// Changes the values of every texel that has any: what a format keeps of them.
+    pub fn for_each_texel(&mut self, change: impl Fn(&mut [f32]) + Sync) {
+        let texels = self.values.par_chunks_mut(self.channels).zip(&self.weights);
+        texels.filter(|(_, weight)| **weight > 0.0).for_each(|(values, _)| change(values));
+    }
+
     /// Values at texel coordinates, interpolated between the texels that have any; `None` where none has.
     pub fn at(&self, [x, y]: [f64; 2], out: &mut [f32]) -> Option<()> {
         let [width, height] = self.size;

@@ -3,6 +3,7 @@
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
 use crate::kinds::soft_shadows::MethodSetting;
+use crate::lit_frames::Anew;
 use crate::role::Role;
 use applications::temporal::{FilterSource, MovingCasters, TemporalMethod};
 use quantization::NumberFormat;
@@ -201,8 +202,16 @@ impl Role for TemporalTechnique {
     }
 }
 
-/// Most taps of a search or a filter.
-const MAX_TAPS: usize = 1024;
+impl MethodChoice {
+    /// Nothing for methods that gather.
+    pub(super) fn anew(&self) -> Option<Anew<'_>> {
+        match self {
+            Self::Temporal(_) => None,
+            Self::Taps(taps) => Some(Anew::Taps(*taps)),
+            Self::Soft(method) => Some(Anew::Soft(method)),
+        }
+    }
+}
 
 impl TemporalTechnique {
     pub(super) fn check(&self, place: &str) -> Result<(), EvaluationError> {
@@ -214,13 +223,8 @@ impl TemporalTechnique {
                 let key = format!("{place}.gather.{}", error.key);
                 EvaluationError::key(key, format!("technique `{}`: {error}", self.name))
             }),
-            MethodChoice::Taps(taps) if (1..=MAX_TAPS).contains(taps) => Ok(()),
-            MethodChoice::Taps(taps) => {
-                let reason =
-                    format!("technique `{}`: taps = {taps} is not between 1 and {MAX_TAPS}", self.name);
-                Err(EvaluationError::key(format!("{place}.taps"), reason))
-            }
-            MethodChoice::Soft(method) => method.check(&self.name, &format!("{place}.method")),
+            MethodChoice::Taps(taps) => Anew::Taps(*taps).check(&self.name, place),
+            MethodChoice::Soft(method) => Anew::Soft(method).check(&self.name, place),
         }
     }
 }

@@ -4,18 +4,15 @@
 //! The light is that of a view, scaled; a frame's map is seen from the next point of Halton's sequence on it. Maps are traced
 //! where they are read, which gives the depths of a map that is drawn whole.
 
-mod baseline;
 mod counting;
 mod judge;
-pub(crate) mod light;
 mod method;
 mod picture;
 mod records;
 mod run;
-pub(crate) mod scenery;
 mod settings;
 mod timing;
 
 pub use method::{GatherSetting, MethodChoice, TemporalTechnique};
 pub use records::{CountRecord, TemporalPictureRecord, TemporalRecord, TemporalSample, TemporalViewRecord};
-pub use settings::{CountingSetting, PathSetting, ScaledLight, TemporalPicture, TemporalShadowsExperiment};
+pub use settings::{CountingSetting, PathSetting, TemporalPicture, TemporalShadowsExperiment};

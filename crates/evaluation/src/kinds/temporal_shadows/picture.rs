@@ -1,13 +1,11 @@
 //! Pictures of frames: the truth, then techniques, each beside the other and with magnified parts below.
 
-use super::baseline::{Lit, Ready};
-use super::light::MappedLight;
 use super::records::TemporalPictureRecord;
 use super::run::{At, LitPixels, Plan};
-use super::scenery::Stage;
 use super::settings::{TemporalPicture, TemporalShadowsExperiment};
 use crate::error::EvaluationError;
 use crate::kinds::filterable::map_name;
+use crate::lit_frames::{Lit, MappedLight, Ready, Stage};
 use crate::pictures::{png, side_by_side, signed_grey};
 use crate::run_directory::RecordedFile;
 use crate::statistics::rounded;
@@ -145,7 +143,7 @@ impl<'a> Album<'a> {
                 let is_comparable = page.constant || cell.frame == last;
                 let mean = errors.iter().map(|error| error.abs()).sum::<f64>() / errors.len().max(1) as f64;
                 if cell.frame == last {
-                    let grey = cell.grey(truth, [width, height], self.margin());
+                    let grey = cell.grey(truth, [width, height], self.experiment.window().margin());
                     files.push(png(map_name(&setting.id, &setting.light, &technique), grey.into())?);
                 }
                 rows.push(TemporalPictureRecord {
@@ -163,11 +161,6 @@ impl<'a> Album<'a> {
             files.push(RecordedFile::csv("pictures.csv", &rows)?);
         }
         Ok(files)
-    }
-
-    fn margin(&self) -> [u32; 2] {
-        let half = 0.5 * self.experiment.overscan;
-        self.experiment.camera.map(|side| (half * f64::from(side)).round() as u32)
     }
 }
 
@@ -201,10 +194,12 @@ fn made_anew(
     index: usize,
 ) -> Result<Vec<Option<f64>>, EvaluationError> {
     let technique = &plan.experiment.technique[index];
-    let ready = Ready::new(technique, lit, plan.experiment.scenery.seed)
-        .map_err(|error| EvaluationError::Value(format!("technique `{}`: {error}", technique.name)))?;
+    let fail = |error: String| EvaluationError::Value(format!("technique `{}`: {error}", technique.name));
+    let method = technique.choice.anew().ok_or_else(|| fail("has no frame here".to_owned()))?;
+    let seed = plan.experiment.scenery.seed;
+    let ready = Ready::new(method, lit, seed).map_err(|error| fail(error.to_string()))?;
     let one = |pixel: usize| {
-        let (seen, ready) = (shown.lit.seen[pixel].as_ref()?, ready.as_ref()?);
+        let seen = shown.lit.seen[pixel].as_ref()?;
         Some(ready.shadow(lit, plan.bias(index), seen, seen.position).unwrap_or(0.0))
     };
     Ok((0..shown.lit.seen.len()).into_par_iter().map(one).collect())

@@ -1,18 +1,19 @@
 //! From an experiment to its tables.
 
-use super::baseline::{Lit, Ready, TAP_STREAM, middle_map};
 use super::counting;
 use super::judge::{CLASSES, Classes, Gathered, Group, Outcome, record};
-use super::light::{MappedLight, Placed, PointMap, on_map};
 use super::method::MethodChoice;
 use super::picture::{Album, Shown};
 use super::records::{TemporalRecord, TemporalViewRecord};
-use super::scenery::{Scenery, Seen, Sight, Stage, Whole, largest_coordinate};
 use super::settings::TemporalShadowsExperiment;
 use super::timing;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::fragments::chosen;
+use crate::lit_frames::{
+    Lit, MappedLight, Placed, PointMap, Ready, Scenery, Seen, Sight, Stage, TAP_STREAM, Whole,
+    largest_coordinate, middle_map, on_map,
+};
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::statistics::rounded;
@@ -167,7 +168,8 @@ impl Plan<'_> {
     ) -> Result<(), EvaluationError> {
         let experiment = self.experiment;
         let setting = &experiment.path[path];
-        let scenery = stage.on(setting);
+        let scenery = stage.on(setting.moving);
+        let (window, way) = (experiment.window(), setting.camera(experiment.zoom));
         let constant = setting.is_constant(scenery.scene.has_motion());
         let lights = self.lights(stage, &scenery)?;
         let mut lightings: Vec<Lighting<'_>> = Vec::new();
@@ -184,18 +186,15 @@ impl Plan<'_> {
                 ready: Vec::new(),
             });
         }
-        let mut current = Sight::new(experiment, &scenery, setting, 0)?;
+        let mut current = Sight::new(&window, &scenery, &way, 0)?;
         let mut ages = vec![OLD; current.depth.len()];
         let largest = largest_coordinate(&scenery.scene.at(0));
         // Shadow rays in every frame take one tree for all frames.
         let whole = if constant { Some(scenery.whole(0)?) } else { None };
         let exact = whole.as_ref().map(|whole| (whole.triangles(), largest));
         for frame in 0..setting.frames {
-            let next = if frame == 0 || constant {
-                None
-            } else {
-                Some(Sight::new(experiment, &scenery, setting, frame)?)
-            };
+            let next =
+                if frame == 0 || constant { None } else { Some(Sight::new(&window, &scenery, &way, frame)?) };
             if let Some(next) = &next {
                 ages = aged(next, &current, &scenery, &ages);
             }
@@ -454,15 +453,15 @@ impl Plan<'_> {
         let technique = &self.experiment.technique[index];
         let bias = self.bias(index);
         let seed = self.experiment.scenery.seed;
-        let ready = |lit: &Lit<'_>| Ready::new(technique, lit, seed);
-        let made = kept.take().map_or_else(|| ready(now), |ready| Ok(Some(ready)));
+        let Some(method) = technique.choice.anew() else { return (Vec::new(), String::new()) };
+        let ready = |lit: &Lit<'_>| Ready::new(method, lit, seed);
+        let made = kept.take().map_or_else(|| ready(now), Ok);
         let (ready_now, ready_before) = match (made, before.as_ref().map(ready).transpose()) {
-            (Ok(Some(now)), Ok(before)) => (&*kept.insert(now), before.flatten()),
+            (Ok(now), Ok(before)) => (&*kept.insert(now), before),
             (Err(error), _) | (_, Err(error)) => {
                 let failed = |sample: &Sample| Outcome { shadow: f32::NAN, ..outcome(at, sample, 0.0) };
                 return (samples.iter().map(failed).collect(), error.to_string());
             }
-            (Ok(None), _) => return (Vec::new(), String::new()),
         };
         let judged = |sample: &Sample| -> Result<Outcome, String> {
             let shadow = ready_now.shadow(now, bias, &sample.seen, sample.seen.position)?;
@@ -502,8 +501,9 @@ impl Plan<'_> {
                 // Four channels, one buffer to read and one to write.
                 (1 + usize::from(method.centre_map), 2 * 4 * bytes, 32)
             }
-            MethodChoice::Taps(_) => (1, 0, 32),
-            MethodChoice::Soft(method) => (1, 0, method.bits_per_texel()),
+            MethodChoice::Taps(_) | MethodChoice::Soft(_) => {
+                (1, 0, technique.choice.anew().map_or(0, |method| method.bits_per_texel()))
+            }
         };
         Group {
             scene,

@@ -6,11 +6,12 @@ use crate::experiment::keys::{file_name, in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::SceneSettings;
 use crate::kinds::soft_shadows::{SoftTiming, TruthSetting};
+use crate::lit_frames::{ScaledLight, Window, check_camera, check_zoom};
 use crate::pictures::check_output;
 use crate::role::check_roles;
 use crate::run::Recorded;
 use applications::soft_shadow::{AreaTruth, TruthSettings};
-use scenes::{AreaLight, CameraPath, LightView, Movement};
+use scenes::{CameraPath, Movement};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
 
@@ -45,16 +46,6 @@ pub struct TemporalShadowsExperiment {
     /// Pictures.
     #[serde(default)]
     pub picture: Vec<TemporalPicture>,
-}
-
-/// The light of a view, larger or smaller.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ScaledLight {
-    /// Name in records.
-    pub name: String,
-    /// Its sides over those of the view's light.
-    pub scale: f64,
 }
 
 /// A way through frames.
@@ -110,9 +101,6 @@ pub struct TemporalPicture {
     #[serde(default)]
     pub insets: Vec<[u32; 3]>,
 }
-
-/// Largest side of a frame: every frame of every path is shaded.
-const MAX_SIDE: u32 = 2048;
 
 /// Most frames of a path.
 const MAX_FRAMES: usize = 1 << 16;
@@ -170,46 +158,6 @@ impl PathSetting {
     }
 }
 
-impl ScaledLight {
-    /// The light of a view at this scale; refuses views whose light is not in space.
-    pub(crate) fn of(&self, view: &LightView) -> Result<LightView, EvaluationError> {
-        let AreaLight::Local { outline, centre, half_axes } = view.light else {
-            let reason = format!(
-                "view `{}` has no light in space (its light is {}): maps are seen from its points",
-                view.name, view.light
-            );
-            return fail("views", reason);
-        };
-        let half_axes = half_axes.map(|axis| axis.map(|c| self.scale * c));
-        let light = AreaLight::local(outline, centre, half_axes);
-        let light = light.map_err(|error| {
-            EvaluationError::key("light", format!("light `{}` of view `{}`: {error}", self.name, view.name))
-        })?;
-        Ok(LightView::new(view.name.clone(), light, view.direction))
-    }
-
-    /// Rejects scales that make no light.
-    pub(crate) fn check_all(lights: &[Self]) -> Result<(), EvaluationError> {
-        unique(("light", "name", "light"), lights.iter().map(|light| light.name.as_str()))?;
-        for (i, light) in lights.iter().enumerate() {
-            if !(light.scale > 0.0 && light.scale <= 1000.0) {
-                let reason =
-                    format!("light `{}`: scale = {} does not lie in (0, 1000]", light.name, light.scale);
-                return fail(format!("light[{i}].scale"), reason);
-            }
-        }
-        Ok(())
-    }
-}
-
-/// Rejects frames without pixels or with too many.
-pub(crate) fn check_camera([width, height]: [u32; 2]) -> Result<(), EvaluationError> {
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return fail("camera", format!("camera = {width}x{height} is not between 1 and {MAX_SIDE}"));
-    }
-    Ok(())
-}
-
 impl Settings for TemporalShadowsExperiment {
     const KIND: &'static str = "temporal-shadows";
     const ON_SCENES: bool = true;
@@ -226,9 +174,7 @@ impl Settings for TemporalShadowsExperiment {
         if !(0.0..=1.0).contains(&self.overscan) {
             return fail("overscan", format!("overscan = {} does not lie in [0, 1]", self.overscan));
         }
-        if !(self.zoom >= 0.1 && self.zoom <= 100.0) {
-            return fail("zoom", format!("zoom = {} does not lie in [0.1, 100]", self.zoom));
-        }
+        check_zoom(self.zoom)?;
         self.nets()?;
         self.bias.check().map_err(in_key("bias"))?;
         ScaledLight::check_all(&self.light)?;
@@ -282,6 +228,11 @@ impl TemporalShadowsExperiment {
         let TruthSetting { standard_error, most_rays } = self.truth;
         let truth = AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed });
         truth.map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))
+    }
+
+    /// The pixels of a frame.
+    pub(super) fn window(&self) -> Window {
+        Window { camera: self.camera, overscan: self.overscan }
     }
 
     /// Techniques that keep a buffer, with their methods.

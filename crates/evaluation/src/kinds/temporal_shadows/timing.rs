@@ -1,11 +1,9 @@
 //! Timings on one thread, after everything else is known.
 
-use super::baseline::{Lit, Ready, middle_map};
-use super::light::PointMap;
 use super::records::TemporalSample;
 use super::run::Plan;
-use super::scenery::{Sight, Stage};
 use crate::error::EvaluationError;
+use crate::lit_frames::{Lit, PointMap, Ready, Sight, Stage, middle_map};
 use crate::timing::alone;
 use applications::samples::{HALTON_START, halton};
 use applications::temporal::ShadowBuffer;
@@ -16,10 +14,10 @@ use std::time::Instant;
 pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TemporalSample>, EvaluationError> {
     let experiment = plan.experiment;
     let path = &experiment.path[0];
-    let scenery = stage.on(path);
+    let scenery = stage.on(path.moving);
     let lights = plan.lights(stage, &scenery)?;
     let (light, _) = &lights[(experiment.light.len() - 1) / 2];
-    let sight = Sight::new(experiment, &scenery, path, 0)?;
+    let sight = Sight::new(&experiment.window(), &scenery, &path.camera(experiment.zoom), 0)?;
     let map = middle_map(&scenery, light, 0)?;
     let whole = scenery.whole(0)?;
     alone(|| {
@@ -64,9 +62,8 @@ pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TemporalSample>
             let lit_by = Lit { map: &map, light, truth: &plan.truth, triangles: whole.triangles() };
             for (index, technique) in experiment.technique.iter().enumerate() {
                 // What cannot be made was recorded with the errors.
-                let Ok(Some(ready)) = Ready::new(technique, &lit_by, experiment.scenery.seed) else {
-                    continue;
-                };
+                let Some(method) = technique.choice.anew() else { continue };
+                let Ok(ready) = Ready::new(method, &lit_by, experiment.scenery.seed) else { continue };
                 let begin = Instant::now();
                 for seen in lit[1].seen.iter().flatten() {
                     let _ = black_box(ready.shadow(&lit_by, plan.bias(index), seen, seen.position));

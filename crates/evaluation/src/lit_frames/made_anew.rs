@@ -1,11 +1,10 @@
 //! Methods that make every frame anew from the map of the light's middle.
 
 use super::light::{MappedLight, on_map};
-use super::method::{MethodChoice, TemporalTechnique};
 use super::scenery::{Scenery, Seen};
 use crate::error::EvaluationError;
 use crate::fragments::depth_map;
-use crate::kinds::soft_shadows::Prepared;
+use crate::kinds::soft_shadows::{MethodSetting, Prepared};
 use applications::rays::{Surface, Triangles};
 use applications::samples::{PoissonTaps, TapShape};
 use applications::soft_shadow::{
@@ -23,7 +22,7 @@ pub(crate) const TAP_STREAM: u64 = 0x7a95;
 const TABLE_LOOKUPS: f32 = 20.0;
 
 /// The whole map of the light's middle in a frame.
-pub(super) fn middle_map(
+pub(crate) fn middle_map(
     scenery: &Scenery<'_>,
     light: &MappedLight,
     frame: usize,
@@ -34,41 +33,65 @@ pub(super) fn middle_map(
     depth_map(&stack).map_err(|error| fail(error.to_string()))
 }
 
+/// A method without memory.
+#[derive(Clone, Copy)]
+pub(crate) enum Anew<'a> {
+    /// Percentage-closer soft shadows with so many taps for search and filter each.
+    Taps(usize),
+    /// A method of the kind `soft-shadows`.
+    Soft(&'a MethodSetting),
+}
+
+/// Most taps of a search or a filter.
+const MAX_TAPS: usize = 1024;
+
+impl Anew<'_> {
+    /// Rejects what cannot be made; `place` is the key of the technique.
+    pub(crate) fn check(&self, name: &str, place: &str) -> Result<(), EvaluationError> {
+        match self {
+            Self::Taps(taps) if (1..=MAX_TAPS).contains(taps) => Ok(()),
+            Self::Taps(taps) => {
+                let reason = format!("technique `{name}`: taps = {taps} is not between 1 and {MAX_TAPS}");
+                Err(EvaluationError::key(format!("{place}.taps"), reason))
+            }
+            Self::Soft(method) => method.check(name, &format!("{place}.method")),
+        }
+    }
+
+    /// Bits of a texel of its map or table.
+    pub(crate) fn bits_per_texel(&self) -> usize {
+        match self {
+            Self::Taps(_) => 32,
+            Self::Soft(method) => method.bits_per_texel(),
+        }
+    }
+}
+
 /// A method on a map.
-pub(super) enum Ready {
+pub(crate) enum Ready {
     Taps(PoissonTaps),
     Soft(Box<Prepared>),
 }
 
 /// What methods know of a light besides the map.
 #[derive(Clone, Copy)]
-pub(super) struct Lit<'a> {
-    pub(super) map: &'a DepthMap,
-    pub(super) light: &'a MappedLight,
+pub(crate) struct Lit<'a> {
+    pub(crate) map: &'a DepthMap,
+    pub(crate) light: &'a MappedLight,
     /// The rays are not used; methods take the map.
-    pub(super) truth: &'a AreaTruth,
-    pub(super) triangles: &'a Triangles,
+    pub(crate) truth: &'a AreaTruth,
+    pub(crate) triangles: &'a Triangles,
 }
 
 impl Ready {
-    /// Nothing for methods that gather.
-    pub(super) fn new(
-        technique: &TemporalTechnique,
-        lit: &Lit<'_>,
-        seed: u64,
-    ) -> Result<Option<Self>, QuantizationError> {
-        Ok(match &technique.choice {
-            MethodChoice::Temporal(_) => None,
-            MethodChoice::Taps(taps) => {
-                Some(Self::Taps(PoissonTaps::new(TapShape::Square, *taps, seed, TAP_STREAM)))
-            }
-            MethodChoice::Soft(method) => {
-                Some(Self::Soft(Box::new(method.prepare(lit.map, &lit.light.penumbra)?)))
-            }
+    pub(crate) fn new(method: Anew<'_>, lit: &Lit<'_>, seed: u64) -> Result<Self, QuantizationError> {
+        Ok(match method {
+            Anew::Taps(taps) => Self::Taps(PoissonTaps::new(TapShape::Square, taps, seed, TAP_STREAM)),
+            Anew::Soft(method) => Self::Soft(Box::new(method.prepare(lit.map, &lit.light.penumbra)?)),
         })
     }
 
-    pub(super) fn lookups(&self) -> f32 {
+    pub(crate) fn lookups(&self) -> f32 {
         match self {
             Self::Taps(taps) => 2.0 * taps.points().len() as f32,
             Self::Soft(_) => TABLE_LOOKUPS,
@@ -76,7 +99,7 @@ impl Ready {
     }
 
     /// The shadow of a surface; `Err` with the reason where there is none.
-    pub(super) fn shadow(
+    pub(crate) fn shadow(
         &self,
         lit: &Lit<'_>,
         bias: (&DepthBias, f64),

@@ -43,7 +43,7 @@ impl MappedLight {
 
     /// The frame of the map that a point of the light sees: the same planes, shifted so that the middle of the depth range
     /// falls on the same texels.
-    pub(super) fn seen_from(&self, point: [f64; 2]) -> LightFrame {
+    pub(crate) fn seen_from(&self, point: [f64; 2]) -> LightFrame {
         let middle = self.placed.middle;
         let offset = self.placed.towards(middle, point);
         let centre = self.frame.near + 0.5 * self.frame.depth_range;
@@ -56,8 +56,8 @@ impl MappedLight {
 }
 
 /// The map of a frame from one point of the light.
-pub(super) struct PointMap<'a> {
-    pub(super) frame: LightFrame,
+pub(crate) struct PointMap<'a> {
+    pub(crate) frame: LightFrame,
     map: TracedMap<'a>,
     light: &'a MappedLight,
 }
@@ -89,7 +89,7 @@ pub(crate) fn on_map(
 }
 
 impl<'a> PointMap<'a> {
-    pub(super) fn new(
+    pub(crate) fn new(
         scene: PosedTriangles<'a>,
         light: &'a MappedLight,
         point: [f64; 2],
@@ -105,27 +105,27 @@ impl<'a> PointMap<'a> {
     }
 
     /// The same map where another one of the same rays knows what stands still.
-    pub(super) fn over(self, still: &'a PointMap<'_>) -> Self {
+    pub(crate) fn over(self, still: &'a PointMap<'_>) -> Self {
         Self { map: self.map.over(&still.map), ..self }
     }
 
-    pub(super) fn into_memory(self) -> Vec<AtomicU32> {
+    pub(crate) fn into_memory(self) -> Vec<AtomicU32> {
         self.map.into_memory()
     }
 
     /// tau, the distance of what the map saw, and whether that moves.
-    pub(super) fn test(&self, placed: &Placed) -> (bool, f64, bool) {
+    pub(crate) fn test(&self, placed: &Placed) -> (bool, f64, bool) {
         let MapTexel { depth, moving } = self.map.at(placed.fragment.position);
         (depth < placed.depth - placed.fragment.bias, self.distance(depth), moving)
     }
 
     /// Distance from the light's plane.
-    pub(super) fn distance(&self, depth: f64) -> f64 {
+    pub(crate) fn distance(&self, depth: f64) -> f64 {
         self.frame.near + depth * self.frame.depth_range
     }
 
     /// Percentage-closer soft shadows with a few taps.
-    pub(super) fn start(&self, placed: &Placed, taps: &PoissonTaps) -> Start {
+    pub(crate) fn start(&self, placed: &Placed, taps: &PoissonTaps) -> Start {
         let moving = Cell::new(false);
         let depth = |position: [f64; 2]| {
             let texel = self.map.at(position);

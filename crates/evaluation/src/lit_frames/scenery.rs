@@ -1,17 +1,16 @@
 //! Scenes that may move, frame by frame, as a camera on its path sees them.
 
-use super::settings::{PathSetting, TemporalShadowsExperiment};
 use crate::error::EvaluationError;
 use crate::fragments::is_stack;
 use applications::rays::{PosedTriangles, Surface, Triangles};
 use rayon::prelude::*;
 use scenes::vector::{cross, dot, minus, normalize};
-use scenes::{LightView, MovingScene, Pose, Scene};
+use scenes::{CameraPath, LightView, MovingScene, Pose, Scene};
 use shadow_renderer::{CameraView, Frame, NO_TRIANGLE};
 
 /// A scene in motion and at rest, with trees for rays.
-pub(super) struct Stage {
-    pub(super) label: String,
+pub(crate) struct Stage {
+    pub(crate) label: String,
     scenes: [MovingScene; 2],
     trees: [Trees; 2],
 }
@@ -23,8 +22,8 @@ struct Trees {
 
 /// A stage on one path: in motion or at rest.
 #[derive(Clone, Copy)]
-pub(super) struct Scenery<'a> {
-    pub(super) scene: &'a MovingScene,
+pub(crate) struct Scenery<'a> {
+    pub(crate) scene: &'a MovingScene,
     trees: &'a Trees,
 }
 
@@ -37,7 +36,7 @@ const SAME_SURFACE: f64 = 0.01;
 
 impl Stage {
     /// Reads a scene; `views` are those whose light is wanted.
-    pub(super) fn load(label: &str, index: usize) -> Result<Self, EvaluationError> {
+    pub(crate) fn load(label: &str, index: usize) -> Result<Self, EvaluationError> {
         let key = format!("scenes[{index}]");
         let fail = |reason: String| EvaluationError::key(key.as_str(), format!("scene `{label}`: {reason}"));
         if is_stack(label) {
@@ -53,13 +52,14 @@ impl Stage {
         Ok(Self { label: label.to_owned(), scenes, trees })
     }
 
-    pub(super) fn on(&self, path: &PathSetting) -> Scenery<'_> {
-        let place = usize::from(path.moving);
+    /// In motion or at rest.
+    pub(crate) fn on(&self, moving: bool) -> Scenery<'_> {
+        let place = usize::from(moving);
         Scenery { scene: &self.scenes[place], trees: &self.trees[place] }
     }
 
     /// The wanted views.
-    pub(super) fn views(&self, names: &[String]) -> Result<Vec<&LightView>, EvaluationError> {
+    pub(crate) fn views(&self, names: &[String]) -> Result<Vec<&LightView>, EvaluationError> {
         let known = &self.scenes[0].still().views;
         let views: Vec<&LightView> = known.iter().filter(|view| names.contains(&view.name)).collect();
         if views.is_empty() {
@@ -73,13 +73,13 @@ impl Stage {
 
 impl Scenery<'_> {
     /// The scene in a frame, for rays.
-    pub(super) fn posed(&self, frame: usize) -> PosedTriangles<'_> {
+    pub(crate) fn posed(&self, frame: usize) -> PosedTriangles<'_> {
         let moving = self.trees.part.as_ref().map(|part| (part, self.scene.pose(frame)));
         PosedTriangles { still: &self.trees.still, moving }
     }
 
     /// All triangles of a frame in one tree, in the order of [`MovingScene::at`].
-    pub(super) fn whole(&self, frame: usize) -> Result<Whole<'_>, EvaluationError> {
+    pub(crate) fn whole(&self, frame: usize) -> Result<Whole<'_>, EvaluationError> {
         if !self.scene.has_motion() {
             return Ok(Whole::Still(&self.trees.still));
         }
@@ -90,13 +90,13 @@ impl Scenery<'_> {
 }
 
 /// Triangles of a frame.
-pub(super) enum Whole<'a> {
+pub(crate) enum Whole<'a> {
     Still(&'a Triangles),
     Frame(Box<Triangles>),
 }
 
 impl Whole<'_> {
-    pub(super) fn triangles(&self) -> &Triangles {
+    pub(crate) fn triangles(&self) -> &Triangles {
         match self {
             Self::Still(triangles) => triangles,
             Self::Frame(triangles) => triangles,
@@ -104,43 +104,59 @@ impl Whole<'_> {
     }
 }
 
+/// The pixels of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Window {
+    /// Width and height of the picture.
+    pub(crate) camera: [u32; 2],
+    /// By how much what is seen is larger, a share of its sides.
+    pub(crate) overscan: f64,
+}
+
+impl Window {
+    /// Pixels of the border to each side.
+    pub(crate) fn margin(&self) -> [u32; 2] {
+        self.camera.map(|side| (0.5 * self.overscan * f64::from(side)).round() as u32)
+    }
+}
+
 /// What the camera sees in a frame, with a border around the picture.
-pub(super) struct Sight {
-    pub(super) frame: Frame,
-    pub(super) view: CameraView,
+pub(crate) struct Sight {
+    pub(crate) frame: Frame,
+    pub(crate) view: CameraView,
     /// Distance along the view of each pixel; 0 without a surface.
-    pub(super) depth: Vec<f64>,
+    pub(crate) depth: Vec<f64>,
     /// Unit normal of each pixel's triangle, towards the camera: interpolated ones tell nothing of shadow.
     normal: Vec<[f64; 3]>,
     pose: Pose,
     /// Pixels of the border to each side.
-    pub(super) margin: [u32; 2],
+    pub(crate) margin: [u32; 2],
 }
 
 /// A surface that a pixel shows.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
-    pub(super) position: [f64; 3],
-    pub(super) normal: [f64; 3],
-    pub(super) triangle: u32,
-    pub(super) moves: bool,
+pub(crate) struct Seen {
+    pub(crate) position: [f64; 3],
+    pub(crate) normal: [f64; 3],
+    pub(crate) triangle: u32,
+    pub(crate) moves: bool,
 }
 
 impl Sight {
-    pub(super) fn new(
-        experiment: &TemporalShadowsExperiment,
+    /// A frame of a scene on a camera's way.
+    pub(crate) fn new(
+        window: &Window,
         scenery: &Scenery<'_>,
-        path: &PathSetting,
+        path: &CameraPath,
         frame: usize,
     ) -> Result<Self, EvaluationError> {
-        let margin =
-            experiment.camera.map(|side| (0.5 * experiment.overscan * f64::from(side)).round() as u32);
-        let [width, height] = [0, 1].map(|k| experiment.camera[k] + 2 * margin[k]);
+        let margin = window.margin();
+        let [width, height] = [0, 1].map(|k| window.camera[k] + 2 * margin[k]);
         let mut scene = scenery.scene.at(frame).into_owned();
-        let mut camera = path.camera(experiment.zoom).camera(&scenery.scene.still().camera, frame);
+        let mut camera = path.camera(&scenery.scene.still().camera, frame);
         // The same pixels, and more around them.
         let tangent = (0.5 * f64::from(camera.vertical_fov)).tan();
-        let larger = tangent * f64::from(height) / f64::from(experiment.camera[1]);
+        let larger = tangent * f64::from(height) / f64::from(window.camera[1]);
         camera.vertical_fov = (2.0 * larger.atan()) as f32;
         scene.camera = camera;
         let fail = |error: shadow_renderer::RenderError| EvaluationError::Value(error.to_string());
@@ -164,12 +180,12 @@ impl Sight {
         Ok(Self { frame: frame_of, view, depth, normal, pose: scenery.scene.pose(frame), margin })
     }
 
-    pub(super) fn size(&self) -> [usize; 2] {
+    pub(crate) fn size(&self) -> [usize; 2] {
         [self.frame.width as usize, self.frame.height as usize]
     }
 
     /// Whether a pixel belongs to the picture.
-    pub(super) fn is_shown(&self, pixel: usize) -> bool {
+    pub(crate) fn is_shown(&self, pixel: usize) -> bool {
         let [width, height] = self.size();
         let inside = |t: usize, size: usize, margin: u32| {
             let margin = margin as usize;
@@ -179,7 +195,7 @@ impl Sight {
     }
 
     /// The surface of a pixel, if it faces a light in space.
-    pub(super) fn facing(&self, scene: &MovingScene, pixel: usize, eye: [f64; 3]) -> Option<Seen> {
+    pub(crate) fn facing(&self, scene: &MovingScene, pixel: usize, eye: [f64; 3]) -> Option<Seen> {
         let triangle = self.frame.triangle[pixel];
         if triangle == NO_TRIANGLE {
             return None;
@@ -190,7 +206,7 @@ impl Sight {
     }
 
     /// Whether a pixel shows a surface at some distance, up to a share of it.
-    pub(super) fn holds(&self, [x, y, distance]: [f64; 3]) -> Option<usize> {
+    pub(crate) fn holds(&self, [x, y, distance]: [f64; 3]) -> Option<usize> {
         let [width, height] = self.size();
         let inside = x >= 0.0 && y >= 0.0 && x < width as f64 && y < height as f64;
         let pixel = if inside { y as usize * width + x as usize } else { return None };
@@ -199,7 +215,7 @@ impl Sight {
     }
 
     /// What a frame showed at a place of it: between the pixels of the same surface, where they make most of it.
-    pub(super) fn interpolated(
+    pub(crate) fn interpolated(
         &self,
         [x, y, distance]: [f64; 3],
         value: impl Fn(usize) -> Option<f64>,
@@ -218,26 +234,26 @@ impl Sight {
     }
 
     /// Where a surface was in another frame.
-    pub(super) fn place_in(&self, other: &Self, seen: &Seen) -> [f64; 3] {
+    pub(crate) fn place_in(&self, other: &Self, seen: &Seen) -> [f64; 3] {
         if seen.moves { other.pose.position(self.pose.part_position(seen.position)) } else { seen.position }
     }
 }
 
 impl Seen {
     /// Whether a point lies in front of the surface.
-    pub(super) fn faces(&self, point: [f64; 3]) -> bool {
+    pub(crate) fn faces(&self, point: [f64; 3]) -> bool {
         dot(self.normal, minus(point, self.position)) > 0.0
     }
 
     /// On the triangles of the frame, for shadow rays; where rounding lost it, the point itself.
-    pub(super) fn surface(&self, whole: &Triangles, largest: f64) -> Surface {
+    pub(crate) fn surface(&self, whole: &Triangles, largest: f64) -> Surface {
         let found = whole.surface_near(self.position, self.normal, REACH * largest);
         found.unwrap_or(Surface { triangle: self.triangle, position: self.position })
     }
 }
 
 /// Largest coordinate of a scene.
-pub(super) fn largest_coordinate(scene: &Scene) -> f64 {
+pub(crate) fn largest_coordinate(scene: &Scene) -> f64 {
     let all = scene.vertices.iter().flat_map(|vertex| vertex.position);
     all.fold(0.0f64, |largest, c| largest.max(f64::from(c.abs())))
 }
