@@ -9,6 +9,7 @@ mod search;
 mod soft_shadows;
 mod speed_accuracy;
 mod stability;
+mod stochastic_shadows;
 mod temporal_shadows;
 
 use crate::error::ReportError;
@@ -35,6 +36,7 @@ const KINDS: &[&KindPage] = &[
     &speed_accuracy::PAGE,
     &soft_shadows::PAGE,
     &temporal_shadows::PAGE,
+    &stochastic_shadows::PAGE,
 ];
 
 /// Error of four power moments over that of trigonometric moments, 2.19 % / 1.93 % (MSM15 section 3.2).
