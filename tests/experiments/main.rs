@@ -4,6 +4,7 @@
 
 mod mistakes;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -38,6 +39,12 @@ fn smoke(experiment: &Path, out: &Path, more: &[&str]) -> PathBuf {
     PathBuf::from(answer["directory"].as_str().unwrap())
 }
 
+/// Rows of a recorded table, by the names of its columns.
+fn rows(run: &Path, table: &str) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(run.join(table)).unwrap();
+    reader.deserialize().map(Result::unwrap).collect()
+}
+
 #[test]
 fn every_experiment_runs_at_smoke_scale_without_a_failed_trial() {
     for experiment in experiments() {
@@ -46,15 +53,11 @@ fn every_experiment_runs_at_smoke_scale_without_a_failed_trial() {
         for file in ["experiment.toml", "provenance.json", "records.csv", "samples.csv", "README.md"] {
             assert!(run.join(file).is_file(), "{}: {file}", experiment.display());
         }
-        let mut reader = csv::Reader::from_path(run.join("records.csv")).unwrap();
-        let error = reader.headers().unwrap().iter().position(|name| name == "error").unwrap();
-        let mut rows = 0;
-        for row in reader.records() {
-            let row = row.unwrap();
-            assert_eq!(&row[error], "", "{}: {row:?}", experiment.display());
-            rows += 1;
+        let records = rows(&run, "records.csv");
+        for row in &records {
+            assert_eq!(row["error"], "", "{}: {row:?}", experiment.display());
         }
-        assert!(rows > 0, "{}", experiment.display());
+        assert!(!records.is_empty(), "{}", experiment.display());
     }
 }
 
@@ -97,13 +100,9 @@ fn another_seed_is_recorded_and_changes_the_rough_kernel() {
 fn the_worst_inputs_are_commands_that_print_their_exact_bound() {
     let stability = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/stability.toml");
     let run = smoke(&stability, &directory("worst"), &[]);
-    let mut reader = csv::Reader::from_path(run.join("worst.csv")).unwrap();
-    let headers = reader.headers().unwrap().clone();
-    let place = |name: &str| headers.iter().position(|header| header == name).unwrap();
     let mut tried = 0;
-    for row in reader.records() {
-        let row = row.unwrap();
-        let (Ok(exact), command) = (row[place("exact")].parse::<f64>(), &row[place("command")]) else {
+    for row in rows(&run, "worst.csv") {
+        let (Ok(exact), command) = (row["exact"].parse::<f64>(), &row["command"]) else {
             continue;
         };
         // On [0, 1] a certificate may need more digits than there are; on the line it never does.
@@ -251,17 +250,13 @@ fn another_scene_replaces_the_experiments_own() {
 fn the_order_of_techniques_and_bounds_that_hold_at_smoke_scale() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/filterable.toml");
     let run = smoke(&path, &directory("order"), &[]);
-    let mut reader = csv::Reader::from_path(run.join("records.csv")).unwrap();
-    let header = reader.headers().unwrap().clone();
-    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
-    let wanted =
-        ["scene", "technique", "bias", "class", "l1_error", "leak", "unbiased_violations"].map(column);
-    let mut pooled = std::collections::BTreeMap::new();
-    for row in reader.records().map(Result::unwrap) {
-        let [scene, technique, bias, class, l1, leak, violations] = wanted.map(|i| row[i].to_owned());
+    let mut pooled = BTreeMap::new();
+    for row in rows(&run, "records.csv") {
+        let (technique, violations) = (&row["technique"], &row["unbiased_violations"]);
         assert!(violations.is_empty() || violations == "0", "{technique}: {violations} violations");
-        if (scene.as_str(), bias.as_str(), class.as_str()) == ("all", "0", "all") {
-            pooled.insert(technique, (l1.parse::<f64>().unwrap(), leak.parse::<f64>().unwrap()));
+        if [&row["scene"], &row["bias"], &row["class"]] == ["all", "0", "all"] {
+            let number = |column: &str| row[column].parse::<f64>().unwrap();
+            pooled.insert(technique.clone(), (number("l1_error"), number("leak")));
         }
     }
     let leak = |name: &str| pooled[name].1;

@@ -105,6 +105,30 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("most_width = 9.0", "most_width = 0.0", "most_width = 0 "),
             ],
         ),
+        (
+            "temporal-shadows",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("frames = 256", "frames = 1", "frames = 1 is not between 2 and 65536"),
+                (
+                    "most_tests = 512.0",
+                    "most_tests = 4096.0",
+                    "most_tests = 4096 is more than the 2048 that f16 counts",
+                ),
+                ("overscan = 0.05", "overscan = -1.0", "overscan = -1 "),
+                ("scale = 0.25", "scale = 0.0", "scale = 0 "),
+            ],
+        ),
+        (
+            "stochastic-shadows",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("planes = [0.2, 0.95]", "planes = [0.2, 1.95]", "1.95 lies outside of the depth range"),
+                ("planes = [0.7]", "planes = []", "zero planes hold no shadow"),
+                ("least_radius = 2.0", "least_radius = 9.0", "least_radius = 9 "),
+                ("contact = 8.0", "contact = 0.0", "contact = 0 "),
+            ],
+        ),
     ];
     for (name, cases) in cases {
         let folder = directory(&format!("every-{name}"));
@@ -282,6 +306,10 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
         ("values = { region = [0.5,", "values = { region = [0.0,", "region = 0 "),
         ("techniques = [\"single precision\"]", "techniques = []", "techniques is empty"),
         ("insets = [[", "insets = [[400, 0, 64], [", "inset [400, 0, 64]"),
+        ("id = \"receiver-stairs\"", "id = \"receiver-stairs\"\noutput = [9, 9]", "is drawn as a chart"),
+        ("region = 27.0", "region = 2700.0", "2700 texels does not fit a map of"),
+        ("map_size = 2048", "map_size = 0", "map size 0"),
+        ("    \"PCSS\", \"PCSS, 9x9\"", "    \"moon\", \"PCSS, 9x9\"", "technique `moon`"),
         ("method = {}", "method = { bound = \"hamburger4\" }", "no percentage-closer method"),
     ];
     refused(&folder, &text, &cases);
@@ -294,6 +322,9 @@ fn mistakes_about_soft_shadows_name_key_and_value() {
     for (i, (old, new, needle)) in [
         ("scenes = [\"stairs\"]", smoke_scene.as_str(), "shadow rays need triangles"),
         ("size = 96", "size = 9", "kernel.size"),
+        ("shape = \"sun:4x4\"", "shape = \"sun:150x4\"", "texels, the map has 96"),
+        ("bound = \"hamburger2\" }", "bound = \"hamburger2\", region = 0.25 }", "the largest region has"),
+        ("width = 5.0", "width = 97.0", "a filter of 97 texels exceeds the map of 96"),
     ]
     .into_iter()
     .enumerate()

@@ -13,6 +13,7 @@ mod fragments;
 mod frames;
 mod modules;
 mod pairwise;
+mod soft_shadow_faults;
 mod soft_shadows;
 
 use std::process::ExitCode;

@@ -6,7 +6,7 @@ use super::compute::{self, Resource};
 use super::fragments::{self, FRAGMENTS};
 use applications::field::{Fit, SummedMoments};
 use applications::soft_shadow::{
-    BlockerSearch, Filter, FilterSize, Fragment, Penumbra, Reconstruction, Warp, filterable_shader,
+    BlockerSearch, Filter, FilterSize, Fragment, Penumbra, Reconstruction, Storage, Warp, filterable_shader,
     filterable_soft_shadow, filtered_hard_shadow, penumbra_uniform, percentage_closer_shader,
     percentage_closer_soft_shadow, prefix_sums_shader,
 };
@@ -36,15 +36,19 @@ const FIXED_WIDTHS: [f64; 2] = [7.0, 5.5];
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = Vec::new();
-    for (name, bound, exponent, alpha) in [
-        ("variance", MomentBound::Hamburger2, None, 1e-6),
-        ("moments4", MomentBound::Hamburger4, None, 5e-6),
-        ("moments6", MomentBound::Hamburger6, None, 3e-5),
-        ("hausdorff4", MomentBound::Hausdorff4, None, 3e-5),
-        ("exponential_moments4", MomentBound::Hamburger4, Some(4.0), 5e-6),
+    for (name, bound, exponent, storage, alpha) in [
+        ("variance", MomentBound::Hamburger2, None, Storage::Unit, 1e-6),
+        ("moments4", MomentBound::Hamburger4, None, Storage::Unit, 5e-6),
+        ("moments6", MomentBound::Hamburger6, None, Storage::Unit, 3e-5),
+        ("hausdorff4", MomentBound::Hausdorff4, None, Storage::Unit, 3e-5),
+        ("exponential_moments4", MomentBound::Hamburger4, Some(4.0), Storage::Unit, 5e-6),
+        ("signed4", MomentBound::Hamburger4, None, Storage::Signed, 6e-5),
+        ("signed6", MomentBound::Hamburger6, None, Storage::Signed, 3e-4),
+        ("sparse4", MomentBound::Hamburger4, None, Storage::Sparse, 6e-5),
     ] {
         let warp = exponent.map_or(Warp::None, Warp::Exponential);
-        let technique = Reconstruction::new(bound, warp, alpha).expect("a technique in use");
+        let technique = Reconstruction::new(bound, warp, alpha).and_then(|plain| plain.stored(storage));
+        let technique = technique.expect("a technique in use");
         trials.push(Trial::test(format!("wgsl::soft_shadows::{name}"), move || valid(&technique)));
         trials.push(gpu_trial(format!("soft_shadows::{name}"), move || filterable(&technique, "")));
         trials.push(gpu_trial(format!("soft_shadows::{name}::fixed_size"), move || fixed_size(&technique)));
@@ -55,7 +59,7 @@ pub fn trials() -> Vec<Trial> {
         }
     }
     trials.push(gpu_trial("soft_shadows::percentage_closer".into(), || percentage_closer("")));
-    trials.push(gpu_trial("soft_shadows::planted_faults".into(), planted_faults));
+    trials.push(gpu_trial("soft_shadows::planted_faults".into(), super::soft_shadow_faults::planted));
     trials
 }
 
@@ -64,7 +68,8 @@ fn searches() -> [(BlockerSearch<f64>, Filter<f64>); 3] {
     let later =
         BlockerSearch { epsilon: 0.001, bias_share: 0.5, most_width: 9.0, fit: Fit::Nearest, ..published.0 };
     let filter = Filter { fit: Fit::Nearest, least_width: 2.0, full_bias_width: 9.0, ..published.1 };
-    [published, (later, filter), (published.0, Filter { fit: Fit::Outwards, least_width: 1.0, ..filter })]
+    let outwards = Filter { fit: Fit::Outwards, least_width: 1.0, ..filter };
+    [published, (later, Filter { dithered: true, ..filter }), (published.0, outwards)]
 }
 
 /// One light at infinity, one near.
@@ -104,9 +109,14 @@ fn fragments() -> Vec<(DepthMap, Vec<[f32; 4]>)> {
     fragments::receivers().into_iter().map(&mut of).collect()
 }
 
-fn fragment<R: Real>([x, y, depth, bias]: [f32; 4]) -> Fragment<R> {
+/// Two numbers in \[0, 1) for each fragment, whole multiples of 2^-23.
+fn noise(fragment: usize) -> [f32; 2] {
+    [0x9e37_79b9u32, 0x85eb_ca6b].map(|step| (step.wrapping_mul(fragment as u32) >> 9) as f32 / 8_388_608.0)
+}
+
+fn fragment<R: Real>((index, &[x, y, depth, bias]): (usize, &[f32; 4])) -> Fragment<R> {
     let of = |value: f32| R::from_f64(f64::from(value));
-    Fragment { position: [of(x), of(y)], depth: of(depth), bias: of(bias), noise: [of(0.0); 2] }
+    Fragment { position: [of(x), of(y)], depth: of(depth), bias: of(bias), noise: noise(index).map(of) }
 }
 
 /// With or without `FROM=>TO`.
@@ -123,11 +133,13 @@ fn shadows(
     penumbra: &Penumbra<f64>,
 ) -> Result<Vec<f32>, Failed> {
     let uniform = penumbra_uniform(penumbra);
+    let noises: Vec<[f32; 2]> = (0..fragments.len()).map(noise).collect();
     let resources = [
         field,
         Resource::Read(bytemuck::cast_slice(fragments)),
         Resource::Write(4 * fragments.len()),
         Resource::Uniform(bytemuck::cast_slice(&uniform)),
+        Resource::Read(bytemuck::cast_slice(&noises)),
     ];
     let groups = (fragments.len() as u32).div_ceil(64);
     Ok(compute::run(&[(source, "shade", groups)], &resources, 2)?)
@@ -160,7 +172,7 @@ impl Compared {
     }
 }
 
-fn filterable(technique: &Reconstruction<f64>, fault: &str) -> Result<(), Failed> {
+pub(super) fn filterable(technique: &Reconstruction<f64>, fault: &str) -> Result<(), Failed> {
     let single = technique.cast::<f32>();
     for (number, (search, filter)) in searches().into_iter().enumerate() {
         for penumbra in penumbrae() {
@@ -174,7 +186,7 @@ fn filterable(technique: &Reconstruction<f64>, fault: &str) -> Result<(), Failed
                         .ok_or("no shader")?;
                 let table = Resource::Read(bytemuck::cast_slice(field.table().prefix_sums()));
                 compared.shader.extend(shadows(&faulty(source, fault), table, &fragments, &penumbra)?);
-                for &at in &fragments {
+                for at in fragments.iter().enumerate() {
                     let at = (fragment::<f32>(at), fragment::<f64>(at));
                     compared.single.push(filterable_soft_shadow(&field, &single, &p, &s, &f, &at.0)?);
                     let exact =
@@ -200,7 +212,7 @@ fn fixed_size(technique: &Reconstruction<f64>) -> Result<(), Failed> {
             .ok_or("no shader")?;
         let table = Resource::Read(bytemuck::cast_slice(field.table().prefix_sums()));
         compared.shader.extend(shadows(&source, table, &fragments, &penumbra)?);
-        for &at in &fragments {
+        for at in fragments.iter().enumerate() {
             let widths = FIXED_WIDTHS.map(|width| width as f32);
             compared.single.push(filtered_hard_shadow(
                 &field,
@@ -221,7 +233,7 @@ fn fixed_size(technique: &Reconstruction<f64>) -> Result<(), Failed> {
     compared.judge(&format!("{}, fixed size", technique.bound().name()))
 }
 
-fn percentage_closer(fault: &str) -> Result<(), Failed> {
+pub(super) fn percentage_closer(fault: &str) -> Result<(), Failed> {
     let search = BlockerSearch::percentage_closer();
     let filter = Filter::published();
     for penumbra in penumbrae() {
@@ -232,7 +244,7 @@ fn percentage_closer(fault: &str) -> Result<(), Failed> {
             let source = faulty(percentage_closer_shader(size, &search, &filter), fault);
             let depths = Resource::Depths((map.depths(), map.width() as u32));
             compared.shader.extend(shadows(&source, depths, &fragments, &penumbra)?);
-            for &at in &fragments {
+            for at in fragments.iter().enumerate() {
                 compared.single.push(percentage_closer_soft_shadow::<f32>(&map, &p, &s, &f, &fragment(at)));
                 compared.exact.push(percentage_closer_soft_shadow(
                     &map,
@@ -249,7 +261,7 @@ fn percentage_closer(fault: &str) -> Result<(), Failed> {
 }
 
 /// Codes to one unit, their sums and queries bit for bit.
-fn prefix_sums(technique: &Reconstruction<f64>, fault: &str) -> Result<(), Failed> {
+pub(super) fn prefix_sums(technique: &Reconstruction<f64>, fault: &str) -> Result<(), Failed> {
     let channels = technique.channels();
     for (map, _) in fragments() {
         let size = [map.width(), map.height()];
@@ -351,39 +363,5 @@ fn valid(technique: &Reconstruction<f64>) -> Result<(), Failed> {
         Module::new(&percentage_closer_shader([64, 32], &search, &filter))?;
     }
     Module::new(&prefix_sums_shader(technique, [64, 32], TEXELS))?;
-    Ok(())
-}
-
-/// A dropped epsilon, a region that is off by half a texel, sums that become floats before they are subtracted.
-fn planted_faults() -> Result<(), Failed> {
-    let technique = Reconstruction::new(MomentBound::Hamburger4, Warp::None, 5e-6)?;
-    for fault in [
-        "let total = SEARCH_EPSILON + blockers.mass=>let total = blockers.mass",
-        "means(at - 0.5 * searched, at + 0.5 * searched=>means(at + 0.5 - 0.5 * searched, at + 0.5 + 0.5 * searched",
-        "means(at - 0.5 * used, at + 0.5 * used=>means(at - 0.5 - 0.5 * used, at - 0.5 + 0.5 * used",
-        "let right = prefix(end.x, end.y, channel) - prefix(end.x, first.y, channel)=>\
-         let right = u32(f32(prefix(end.x, end.y, channel)) - f32(prefix(end.x, first.y, channel)))",
-        "share * f32(size.x * size.y)=>f32(size.x * size.y)",
-        "w.x < 0.0 {\n        let lower=>w.x < -3.0 {\n        let lower",
-    ] {
-        if filterable(&technique, fault).is_ok() {
-            return Err(format!("the comparison missed `{fault}`").into());
-        }
-    }
-    for fault in ["depth < z=>depth <= z + 1e-5", "found.depth_sum / area=>found.depth_sum"] {
-        if percentage_closer(fault).is_ok() {
-            return Err(format!("percentage-closer: the comparison missed `{fault}`").into());
-        }
-    }
-    for fault in [
-        "+ ((a * b) >> 31u)=>+ 3u",
-        "running = totals[thread - 1u]=>running = totals[thread]",
-        "distance < THREADS=>distance < THREADS / 2u",
-        "sum = sum + table=>sum = table",
-    ] {
-        if prefix_sums(&technique, fault).is_ok() {
-            return Err(format!("prefix sums: the comparison missed `{fault}`").into());
-        }
-    }
     Ok(())
 }

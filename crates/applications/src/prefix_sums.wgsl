@@ -41,12 +41,49 @@ fn code(share: u32) -> u32 {
 
 // Powers in whole numbers: those of single floats would err by a hundred codes.
 fn codes(depth: f32) -> array<u32, CHANNELS> {
+    if SIGNED {
+        return transformed_codes(depth);
+    }
     let base = fixed(warped(unit(depth)));
     var power = 0xffffffffu;
     var found: array<u32, CHANNELS>;
     for (var k = 0u; k < CHANNELS; k++) {
         power = select(rounded_product(power, base), base, power == 0xffffffffu);
         found[k] = code(power);
+    }
+    return found;
+}
+
+// a b / 2^bits to nearest, modulo 2^32; 0 < bits < 32.
+fn shifted_product(a: u32, b: u32, bits: u32) -> u32 {
+    let low = a * b;
+    return (product_high(a, b) << (32u - bits)) + (low >> bits) + ((low >> (bits - 1u)) & 1u);
+}
+
+fn signed_product(a: i32, b: i32, bits: u32) -> i32 {
+    let size = i32(shifted_product(u32(abs(a)), u32(abs(b)), bits));
+    return select(size, -size, (a < 0) != (b < 0));
+}
+
+// Codes of OFFSET + MATRIX powers, given in units of 2^-28; powers and stored values are in units of 2^-30.
+fn transformed_codes(depth: f32) -> array<u32, CHANNELS> {
+    var matrix = MATRIX_28;
+    var offset = OFFSET_28;
+    let variable = i32(fixed(warped(unit(depth))) >> 1u) - (1 << 30u);
+    var powers: array<i32, CHANNELS>;
+    var power = 1 << 30u;
+    for (var k = 0u; k < CHANNELS; k++) {
+        power = signed_product(power, variable, 30u);
+        powers[k] = power;
+    }
+    var found: array<u32, CHANNELS>;
+    for (var i = 0u; i < CHANNELS; i++) {
+        // Sums that leave the range on the way return: the stored value lies in [0, 1].
+        var value = offset[i] << 2u;
+        for (var j = 0u; j < CHANNELS; j++) {
+            value = value + signed_product(powers[j], matrix[i * CHANNELS + j], 28u);
+        }
+        found[i] = shifted_product(u32(clamp(value, 0, 1 << 30u)), SCALE, 30u);
     }
     return found;
 }

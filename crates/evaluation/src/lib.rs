@@ -27,8 +27,8 @@ pub use kinds::bounds::{
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
 };
 pub use kinds::filterable::{
-    AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample,
-    FilterableTechnique, FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, map_name,
+    AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableTechnique,
+    FilterableTiming, MapSettings, PairRecord, Picture, PictureRecord, map_name,
 };
 pub use kinds::quantization::{
     BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
@@ -39,14 +39,13 @@ pub use kinds::search::{
     SearchSample, SearchTiming, StageRecord,
 };
 pub use kinds::soft_shadows::{
-    Corners, LightSetting, MethodSetting, Population, Precision, ReceiverPicture, ReceiverRecord,
-    ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftSample,
-    SoftShadowsExperiment, SoftTechnique, SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues,
-    TruthSetting,
+    Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,
+    ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment,
+    SoftTechnique, SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues, TruthSetting,
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, GpuRecord, Nothing, OrderSetting, OrderShare,
+    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
     PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
@@ -55,13 +54,12 @@ pub use kinds::stability::{
 };
 pub use kinds::stochastic_shadows::{
     ModulationRecord, ModulationSetting, PlaneRecord, StochasticPicture, StochasticPictureRecord,
-    StochasticRecord, StochasticSample, StochasticSetting, StochasticShadowsExperiment, StochasticTechnique,
+    StochasticRecord, StochasticSetting, StochasticShadowsExperiment, StochasticTechnique,
     StochasticViewRecord,
 };
 pub use kinds::temporal_shadows::{
     CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, TemporalPicture,
-    TemporalPictureRecord, TemporalRecord, TemporalSample, TemporalShadowsExperiment, TemporalTechnique,
-    TemporalViewRecord,
+    TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique, TemporalViewRecord,
 };
 pub use lit_frames::ScaledLight;
 pub use moment_problem::MomentBound;
@@ -74,6 +72,7 @@ pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use shards::Shard;
 pub use statistics::NOTHING;
+pub use timing::{GpuRecord, TimedSample};
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

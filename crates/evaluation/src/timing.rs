@@ -1,6 +1,43 @@
 //! Clocks run where nothing else does.
 
 use crate::error::EvaluationError;
+use graphics_device::AdapterName;
+use serde::{Deserialize, Serialize};
+use std::time::Instant;
+
+/// One row of samples.csv: a timing on one thread.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct TimedSample {
+    /// Technique.
+    pub technique: String,
+    /// What was timed: `filter`, `sum` (encoding, then filtering or summing a map), `shade`, `rays` and the like.
+    pub stage: String,
+    /// Texels, receivers or rays.
+    pub items: usize,
+    /// Counts from 0.
+    pub repetition: usize,
+    /// Wall-clock nanoseconds for all items.
+    pub time_ns: u64,
+}
+
+impl TimedSample {
+    /// What began at `begin` and ends now.
+    pub(crate) fn since(
+        begin: Instant,
+        technique: &str,
+        stage: &str,
+        items: usize,
+        repetition: usize,
+    ) -> Self {
+        Self {
+            technique: technique.to_owned(),
+            stage: stage.to_owned(),
+            items,
+            repetition,
+            time_ns: u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX),
+        }
+    }
+}
 
 /// What `work` returns, on one thread of its own.
 pub(crate) fn alone<T: Send>(
@@ -11,4 +48,41 @@ pub(crate) fn alone<T: Send>(
         reason: error.to_string(),
     };
     rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(fail)?.install(work)
+}
+
+/// The row of gpu.csv.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+pub struct GpuRecord {
+    /// Name of the adapter; empty without one.
+    pub adapter: String,
+    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
+    pub device_type: String,
+    /// Driver.
+    pub driver: String,
+    /// Graphics interface.
+    pub api: String,
+    /// `timed`, or why not, or why it stopped.
+    pub status: String,
+    /// Combinations that this adapter could not render.
+    pub skipped: usize,
+    /// The last of these, with the reason.
+    pub last_skipped: String,
+}
+
+impl GpuRecord {
+    /// An adapter about to be timed.
+    pub(crate) fn of(adapter: &AdapterName) -> Self {
+        Self {
+            adapter: adapter.name.clone(),
+            device_type: adapter.device_type.clone(),
+            driver: adapter.driver.clone(),
+            api: adapter.api.clone(),
+            ..Self::default()
+        }
+    }
+
+    /// Whether its times say nothing about graphics processors.
+    pub fn is_software(&self) -> bool {
+        self.device_type == "Cpu"
+    }
 }

@@ -41,12 +41,33 @@ impl GraphicsDevice {
     /// # Errors
     /// [`DeviceError::NoAdapter`] with the reason why there is none.
     pub fn open(wanted: wgpu::Features) -> Result<Self, DeviceError> {
+        Self::with_limits(wanted, |_| wgpu::Limits::default())
+    }
+
+    /// The same with buffers and storage bindings as large as the adapter allows.
+    ///
+    /// # Errors
+    /// As [`GraphicsDevice::open`].
+    pub fn open_large(wanted: wgpu::Features) -> Result<Self, DeviceError> {
+        Self::with_limits(wanted, |adapter| {
+            let wgpu::Limits { max_buffer_size, max_storage_buffer_binding_size, .. } = adapter.limits();
+            wgpu::Limits { max_buffer_size, max_storage_buffer_binding_size, ..Default::default() }
+        })
+    }
+
+    fn with_limits(
+        wanted: wgpu::Features,
+        limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
+    ) -> Result<Self, DeviceError> {
         let adapter = adapter::best()?;
         let info = adapter.get_info();
         let software = info.device_type == wgpu::DeviceType::Cpu;
         let name = AdapterName::from(info);
-        let descriptor =
-            wgpu::DeviceDescriptor { required_features: adapter.features() & wanted, ..Default::default() };
+        let descriptor = wgpu::DeviceDescriptor {
+            required_features: adapter.features() & wanted,
+            required_limits: limits(&adapter),
+            ..Default::default()
+        };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| DeviceError::NoAdapter(format!("{}: {e}", name.name)))?;
         let lost = Arc::new(OnceLock::new());

@@ -36,6 +36,15 @@ impl PassTimer {
         }
     }
 
+    /// The same for a compute pass.
+    pub fn compute_writes(&self, pass: u32) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(2 * pass),
+            end_of_pass_write_index: Some(2 * pass + 1),
+        }
+    }
+
     /// For the first of several passes that count as one.
     pub fn begin_only(writes: wgpu::RenderPassTimestampWrites<'_>) -> wgpu::RenderPassTimestampWrites<'_> {
         wgpu::RenderPassTimestampWrites { end_of_pass_write_index: None, ..writes }

@@ -22,6 +22,13 @@ pub fn array(name: &str, values: &[f64]) -> String {
     format!("const {name}: array<f32, {count}> = array<f32, {count}>({values});\n")
 }
 
+/// `const NAME: array<i32, COUNT>`.
+pub fn whole_numbers(name: &str, values: &[i32]) -> String {
+    let count = values.len();
+    let values = values.iter().map(|&value| format!("i32({value})")).collect::<Vec<_>>().join(", ");
+    format!("const {name}: array<i32, {count}> = array<i32, {count}>({values});\n")
+}
+
 /// The nearest single float, as WGSL reads it back exactly.
 fn number(value: f64) -> String {
     format!("{:?}f", value as f32)

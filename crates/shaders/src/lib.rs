@@ -8,7 +8,7 @@ mod frame;
 mod module;
 mod unroll;
 
-pub use constants::{array, constant, count, flag};
+pub use constants::{array, constant, count, flag, whole_numbers};
 pub use error::ShaderError;
 pub use frame::{FrameShaders, TexelFormat};
 pub use module::{Binding, EntryPoint, Module, Stage, VertexInput};

@@ -23,6 +23,22 @@ pub enum Table {
     Float64,
 }
 
+impl Table {
+    /// Whether it counts that far.
+    ///
+    /// # Errors
+    /// [`QuantizationError::Parameter`] for more texels than 16 bits can count, and for none.
+    pub fn check(self, texels: u32) -> Result<(), QuantizationError> {
+        match self {
+            Self::Uint16 if !(1..=LARGEST_UINT16).contains(&texels) => {
+                let reason = format!("16 bits hold sums of 1 to {LARGEST_UINT16} texels");
+                Err(QuantizationError::Parameter { key: "texels", value: texels.to_string(), reason })
+            }
+            Self::Uint32 | Self::Uint16 | Self::Float32 | Self::Float64 => Ok(()),
+        }
+    }
+}
+
 /// A table of any kind.
 #[derive(Clone, Debug)]
 pub enum StoredSums {
@@ -53,12 +69,8 @@ impl StoredSums {
         Ok(match table {
             Table::Uint32 => Self::Whole(SummedMoments::new(size, depths, channels, texels, encode)?),
             Table::Uint16 => {
+                table.check(texels)?;
                 let scale = LARGEST_UINT16.checked_div(texels).unwrap_or_default();
-                if scale == 0 {
-                    let reason = format!("16 bits hold sums of 1 to {LARGEST_UINT16} texels");
-                    let value = texels.to_string();
-                    return Err(QuantizationError::Parameter { key: "texels", value, reason });
-                }
                 // Differences of wrapped sums are exact: all that is lost is the rounding of texels.
                 let scale = f64::from(scale);
                 let rounded = |depth: f64, out: &mut [f64]| {

@@ -1,16 +1,16 @@
 // Two queries to a field of moments.
 
 fn blockers_of(moments: array<f32, CHANNELS>, z: f32) -> Blockers {
-    var biased: array<f32, CHANNELS>;
+    var biased = decoded(moments);
     var centre = CENTRE;
     for (var k = 0u; k < CHANNELS; k++) {
-        biased[k] = KEEP * moments[k] + ALPHA * centre[k];
+        biased[k] = KEEP * biased[k] + ALPHA * centre[k];
     }
     let found = in_front(biased, warped(z));
     var blockers: Blockers;
     for (var i = 0u; i < 3u; i++) { if found.weights[i] > 0.0 {
         blockers.mass = blockers.mass + found.weights[i];
-        blockers.depth_sum = blockers.depth_sum + found.weights[i] * unwarped(found.depths[i]);
+        blockers.depth_sum = blockers.depth_sum + found.weights[i] * unwarped(depth_of(found.depths[i]));
     } }
     return blockers;
 }

@@ -37,5 +37,5 @@ fn soft_shadow(penumbra: Penumbra, at: vec2<f32>, z: f32, bias: f32) -> f32 {
     let widths = filter_widths(penumbra, z, average_blocker(blockers, z));
     let used = vec2<f32>(larger(widths.x, LEAST_WIDTH), larger(widths.y, LEAST_WIDTH));
     let compared = z - bias_share(used) * bias;
-    return blockers_within(at - 0.5 * used, at + 0.5 * used, FILTER_FIT, compared).mass;
+    return blockers_within(dithered(at - 0.5 * used), dithered(at + 0.5 * used), FILTER_FIT, compared).mass;
 }

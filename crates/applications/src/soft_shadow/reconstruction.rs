@@ -210,6 +210,11 @@ impl<R: Real> Reconstruction<R> {
         self.stored.storage()
     }
 
+    /// What is stored of the powers: matrix, inverse and offset, see [`StoredPowers::affine`].
+    pub(super) fn affine(&self) -> [Vec<f64>; 3] {
+        self.stored.affine(self.channels())
+    }
+
     /// b*.
     pub fn centre(&self) -> &[R] {
         &self.centre[..self.channels()]

@@ -11,5 +11,6 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) 
         return;
     }
     let fragment = fragments[index];
+    noise = noise_of(index);
     shadows[index] = soft_shadow(penumbra, fragment.xy, fragment.z, fragment.w);
 }

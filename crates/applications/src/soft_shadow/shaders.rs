@@ -2,11 +2,12 @@
 //!
 //! Bindings of a pass in which fragments are shaded, all in group 0: 0 the prefix sums `table: array<u32>`, or the depths of
 //! percentage-closer soft shadows as a texture; 1 the fragments, `vec4<f32>(x, y, depth, bias)` in texels and depths; 2
-//! the shadows, `array<f32>`; 3 the uniform of [`penumbra_uniform`]. Entry point `shade`, 64 threads a group.
+//! the shadows, `array<f32>`; 3 the uniform of [`penumbra_uniform`]; with dithered corners 4 the noise, two numbers a fragment.
+//! Entry point `shade`, 64 threads a group.
 
 use moment_problem::wgsl::ELEMENTARY;
 use quantization::NumberFormat;
-use shaders::{array, constant, count, flag, unroll};
+use shaders::{array, constant, count, flag, unroll, whole_numbers};
 
 use super::{BlockerSearch, Filter, LEAST_BIAS_SHARE, Penumbra, Reconstruction, Storage, Warp};
 use crate::field::Fit;
@@ -20,6 +21,9 @@ const FILTERED_HARD: &str = include_str!("filtered_hard.wgsl");
 const FILTERABLE: &str = include_str!("filterable.wgsl");
 const FIXED_SIZE: &str = include_str!("fixed_size.wgsl");
 const PERCENTAGE_CLOSER: &str = include_str!("percentage_closer.wgsl");
+const STORED_POWERS: &str = include_str!("../stored_powers.wgsl");
+const NOISE: &str = include_str!("noise.wgsl");
+const NO_NOISE: &str = "fn noise_of(fragment: u32) -> vec2<f32> { return vec2<f32>(0.0); }";
 const SHADE: &str = include_str!("shade.wgsl");
 
 /// Stands for no limit of widths, as shaders have no infinite constant.
@@ -45,7 +49,7 @@ pub enum FilterSize<'a> {
 }
 
 /// Shades fragments by two queries to a field of moments, or by one of fixed size; regions may have `texels` texels.
-/// `None` for bounds without a shader, for powers that are not stored as they are, and for dithered corners.
+/// `None` for bounds without a shader.
 pub fn filterable_shader(
     technique: &Reconstruction<f64>,
     size: [usize; 2],
@@ -53,9 +57,6 @@ pub fn filterable_shader(
     filter_size: FilterSize<'_>,
     filter: &Filter<f64>,
 ) -> Option<String> {
-    if technique.storage() != Storage::Unit || filter.dithered {
-        return None;
-    }
     let mut constants = of_technique(technique, size, texels) + &of_filter(filter);
     let bound = technique.bound();
     let alpha = technique.moment_bias();
@@ -63,12 +64,10 @@ pub fn filterable_shader(
         constants += &constant(name, value);
     }
     constants += &array("CENTRE", technique.centre());
-    // Powers of depths themselves, whatever the bound would store.
-    constants += &flag("SIGNED", false);
     let mut parts = vec![TABLE];
     parts.extend(bound.wgsl()?);
     parts.extend(bound.wgsl_in_front()?);
-    parts.extend([REGION, FIELD, WARP, FILTERED_HARD]);
+    parts.extend([REGION, FIELD, WARP, STORED_POWERS, noise_of(filter), FILTERED_HARD]);
     match filter_size {
         FilterSize::Searched(search) => {
             constants += &of_search(search);
@@ -90,13 +89,17 @@ pub fn percentage_closer_shader(
     filter: &Filter<f64>,
 ) -> String {
     let constants = of_size(size) + &of_filter(filter) + &of_search(search);
-    joined(&constants, &[DEPTHS, ELEMENTARY, REGION, SOFT_SHADOW, PERCENTAGE_CLOSER, SHADE])
+    joined(&constants, &[DEPTHS, ELEMENTARY, REGION, noise_of(filter), SOFT_SHADOW, PERCENTAGE_CLOSER, SHADE])
 }
 
 /// Makes the table of a depth map: binding 0 the depths as a texture, binding 1 the table. Entry point `rows` with a group a
 /// row, then `columns` with a thread a column and channel, 64 a group.
 pub fn prefix_sums_shader(technique: &Reconstruction<f64>, size: [usize; 2], texels: u32) -> String {
     joined(&of_technique(technique, size, texels), &[ELEMENTARY, WARP, PREFIX_SUMS])
+}
+
+fn noise_of(filter: &Filter<f64>) -> &'static str {
+    if filter.dithered { NOISE } else { NO_NOISE }
 }
 
 fn joined(constants: &str, parts: &[&str]) -> String {
@@ -113,7 +116,16 @@ fn of_technique(technique: &Reconstruction<f64>, size: [usize; 2], texels: u32) 
         Warp::Exponential(c) => c,
     };
     let scale = NumberFormat::fixed_point_scale(texels);
+    let [matrix, inverse, offset] = technique.affine();
+    let in_units = |values: &[f64]| -> Vec<i32> {
+        values.iter().map(|value| (value * f64::from(1 << 28)).round() as i32).collect()
+    };
     of_size(size)
+        + &flag("SIGNED", technique.storage() != Storage::Unit)
+        + &array("INVERSE", &inverse)
+        + &array("OFFSET", &offset)
+        + &whole_numbers("MATRIX_28", &in_units(&matrix))
+        + &whole_numbers("OFFSET_28", &in_units(&offset))
         + &count("CHANNELS", technique.channels())
         + &count("SCALE", scale as usize)
         + &constant("WARP", exponent)
@@ -122,6 +134,7 @@ fn of_technique(technique: &Reconstruction<f64>, size: [usize; 2], texels: u32) 
 
 fn of_filter(filter: &Filter<f64>) -> String {
     of_fits()
+        + &flag("DITHERED", filter.dithered)
         + &constant("LEAST_WIDTH", filter.least_width)
         + &constant("FULL_BIAS_WIDTH", filter.full_bias_width)
         + &constant("LEAST_BIAS_SHARE", LEAST_BIAS_SHARE)

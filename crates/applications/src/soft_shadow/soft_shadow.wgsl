@@ -14,6 +14,17 @@ struct Blockers {
     depth_sum: f32,
 }
 
+// Of the fragment, in [0, 1); 0 without dithering.
+var<private> noise: vec2<f32>;
+
+// A corner of the filter region, moved to a texel's so that over all noise every texel counts as often as it is covered.
+fn dithered(corner: vec2<f32>) -> vec2<f32> {
+    if DITHERED {
+        return floor(corner + noise);
+    }
+    return corner;
+}
+
 // Neither region exceeds MOST_WIDTH.
 fn limited(widths: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(smaller(widths.x, MOST_WIDTH), smaller(widths.y, MOST_WIDTH));

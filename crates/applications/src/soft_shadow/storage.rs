@@ -79,6 +79,26 @@ impl<R: Real> StoredPowers<R> {
         StoredPowers { storage: self.storage, matrices }
     }
 
+    /// What is stored of `channels` powers, as matrix, its inverse and offset: offset + matrix powers.
+    pub(super) fn affine(&self, channels: usize) -> [Vec<f64>; 3] {
+        let diagonal = |odd: f64| -> Vec<f64> {
+            let entry = |i: usize| match (i / channels == i % channels, i % channels % 2 == 0) {
+                (false, _) => 0.0,
+                (true, true) => odd,
+                (true, false) => 1.0,
+            };
+            (0..channels * channels).map(entry).collect()
+        };
+        let offset = |odd: f64| (0..channels).map(|i| if i % 2 == 0 { odd } else { 0.0 }).collect();
+        match (self.storage, &self.matrices) {
+            (Storage::Sparse, Some(Matrices { matrix, inverse, offset })) => {
+                [&matrix[..], inverse, offset].map(|values| values.iter().map(|v| v.to_f64()).collect())
+            }
+            (Storage::Signed, _) => [diagonal(0.5), diagonal(2.0), offset(0.5)],
+            (Storage::Unit | Storage::Sparse, _) => [diagonal(1.0), diagonal(1.0), offset(0.0)],
+        }
+    }
+
     /// Moments of half of the mass at each end of the range: b* of BHS16 section 3.4, and its like for s.
     pub(super) fn ends(&self) -> [R; MAX_CHANNELS] {
         std::array::from_fn(|i| match self.storage {

@@ -146,3 +146,41 @@ fn filters_that_make_no_sense_are_named() {
     assert!(error(PlaneFilter { least_radius: f64::NAN, ..plain() }).contains("NaN"));
     assert!(error(PlaneFilter { coarse_levels: 13, ..plain() }).contains("coarse_levels = 13"));
 }
+
+/// Mean distance from the truth across the penumbra of a half plane on a plane in focus, at a side of so many texels.
+fn distance_from_truth(filter: &PlaneFilter, size: usize) -> f64 {
+    let (radius, scale) = (0.6, SCALE * size as f64 / SIZE as f64);
+    let lens = Lens { size: [size; 2], texels: [scale; 2], half_size: [radius; 2] };
+    let slope = |x: f64| (x - 0.5 * size as f64) / scale;
+    let map = LensMap::trace(lens, PLANE, (1, 0), |[x, _], [u, v]| {
+        let start = crate::samples::concentric_disc([2.0 * u - 1.0, 2.0 * v - 1.0]).map(|c| radius * c);
+        let at_two = start[0] * (1.0 - 2.0 / PLANE) + slope(x) * 2.0;
+        (start, Some(if at_two < 0.0 { 2.0 } else { PLANE }))
+    });
+    let values: Vec<f32> = map.samples().iter().map(|s| if s.distance < 3.0 { 1.0 } else { 0.0 }).collect();
+    let plane = filter_plane(&map, PLANE, (&values, 1), filter, (&taps(), 1), None);
+    let border = size / 6;
+    let mut errors = Vec::new();
+    for y in border..size - border {
+        for x in border..size - border {
+            // Hidden is the part of the disc beyond the edge as seen through it.
+            let t = (-slope(x as f64 + 0.5) * PLANE / radius).clamp(-1.0, 1.0);
+            let truth = 0.5 + (t * (1.0 - t * t).sqrt() + t.asin()) / std::f64::consts::PI;
+            errors.push((f64::from(plane.values[y * size + x]) - truth).abs());
+        }
+    }
+    errors.iter().sum::<f64>() / errors.len() as f64
+}
+
+/// On one plane in focus the filter converges to the area light with the number of samples.
+#[test]
+fn errors_fall_with_the_number_of_samples() {
+    let exact = PlaneFilter { edge_taps: 0, coarse_levels: 4, ..PlaneFilter::published() };
+    let exact =
+        PlaneFilter { centre: SampleCentre::Projected, interleaved: false, box_filter: false, ..exact };
+    for filter in [exact, PlaneFilter::published()] {
+        let errors = [24, 48, 96, 192].map(|size| distance_from_truth(&filter, size));
+        assert!(errors.windows(2).all(|pair| pair[1] < pair[0]), "{filter:?}: {errors:?}");
+        assert!(errors[3] < 0.4 * errors[0] && errors[3] < 0.02, "{filter:?}: {errors:?}");
+    }
+}

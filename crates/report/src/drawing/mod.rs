@@ -8,16 +8,18 @@ mod error_sheet;
 mod hover;
 mod kernel;
 mod palette;
+mod series;
 
 pub use bound_chart::{BoundChart, BoundCurve};
 pub(crate) use canvas::{
     Area, Drawn, F_STROKE, FINE, LEGEND_ROW, Stroke, anchored, font, legend, line, mesh, power_of_ten, svg,
 };
 pub(crate) use chart::{Arrow, Chart, Curve, DEPTH_LABEL, INTENSITY_LABEL};
-pub(crate) use curves::{CurvePoint, ErrorCurve, error_curves};
+pub(crate) use curves::{error_curves, error_point};
 pub(crate) use error_sheet::{ErrorColours, error_sheet};
 pub(crate) use hover::{around, escaped, grid, spot};
 pub(crate) use kernel::{Outlined, TITLE, WIDTH, beside_charts, draw_title};
 pub(crate) use palette::{
     BLACK, BLUE, CURVE_COLOURS, GREEN, GRID, ORANGE, PURPLE, SKY_BLUE, VERMILLION, css,
 };
+pub(crate) use series::{Series, SeriesChart, SeriesPoint};

@@ -38,14 +38,33 @@ impl ComputeShader {
         gpu: &GraphicsDevice,
         encoder: &mut wgpu::CommandEncoder,
         resources: &[Resource<'_>],
-        [x, y]: [u32; 2],
+        groups: [u32; 2],
     ) -> Result<(), DeviceError> {
-        let layout = self.pipeline.get_bind_group_layout(0);
-        let group = bind(gpu, &layout, &[&self.entry_point], resources)?;
-        let mut pass = encoder.begin_compute_pass(&Default::default());
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(x, y, 1);
+        self.run(encoder, &self.bound(gpu, resources)?, groups, None);
         Ok(())
+    }
+
+    /// What the shader uses of some resources.
+    pub(super) fn bound(
+        &self,
+        gpu: &GraphicsDevice,
+        resources: &[Resource<'_>],
+    ) -> Result<wgpu::BindGroup, DeviceError> {
+        bind(gpu, &self.pipeline.get_bind_group_layout(0), &[&self.entry_point], resources)
+    }
+
+    /// Runs so many workgroups on bound resources.
+    pub(super) fn run(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        bound: &wgpu::BindGroup,
+        [x, y]: [u32; 2],
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
+        let descriptor = wgpu::ComputePassDescriptor { label: None, timestamp_writes };
+        let mut pass = encoder.begin_compute_pass(&descriptor);
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, bound, &[]);
+        pass.dispatch_workgroups(x, y, 1);
     }
 }

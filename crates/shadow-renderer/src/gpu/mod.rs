@@ -3,6 +3,7 @@
 
 mod abuffer;
 mod bind;
+mod compute_chain;
 mod compute_shader;
 mod depth_map;
 mod filter_chain;
@@ -12,6 +13,7 @@ mod raster_pass;
 mod work_items;
 
 pub(crate) use abuffer::{ABuffer, ChunkSizes};
+pub use compute_chain::{ComputeChain, ComputePass, Content};
 pub use depth_map::{DepthMap, SUPERSAMPLE_8, Sampling};
 pub use frame_renderer::{FrameRenderer, FrameSettings, GpuFrame, PassTimes, WHOLE_FRAME};
 

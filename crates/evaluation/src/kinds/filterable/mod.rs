@@ -18,7 +18,5 @@ mod timing;
 mod view;
 
 pub use maps::map_name;
-pub use records::{
-    AgreementRecord, CurveRecord, FilterableRecord, FilterableSample, PairRecord, PictureRecord,
-};
+pub use records::{AgreementRecord, CurveRecord, FilterableRecord, PairRecord, PictureRecord};
 pub use settings::{FilterableExperiment, FilterableTechnique, FilterableTiming, MapSettings, Picture};

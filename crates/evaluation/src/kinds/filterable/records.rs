@@ -65,21 +65,6 @@ pub struct PairRecord {
     pub standard_error: Option<f64>,
 }
 
-/// One row of samples.csv: a timing on one thread.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct FilterableSample {
-    /// Technique.
-    pub technique: String,
-    /// `filter` (encoding and filtering a map) or `shade`.
-    pub stage: String,
-    /// Texels or fragments.
-    pub items: usize,
-    /// Counts from 0.
-    pub repetition: usize,
-    /// Wall-clock nanoseconds for all items.
-    pub time_ns: u64,
-}
-
 /// One row of agreement.csv: a closed form against the certified linear program, on the same moments.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct AgreementRecord {

@@ -3,7 +3,7 @@
 use super::pairs;
 use super::picture;
 use super::plan::FilterablePlan;
-use super::records::{AgreementRecord, FilterableRecord, FilterableSample, PairRecord};
+use super::records::{AgreementRecord, FilterableRecord, PairRecord};
 use super::settings::FilterableTechnique;
 use super::statistics::{Group, Outcome, record};
 use super::view::CLASSES;
@@ -13,6 +13,7 @@ use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
 use crate::shards;
 use crate::statistics::NOTHING;
+use crate::timing::TimedSample;
 use applications::ShadowMethod;
 use serde::{Deserialize, Serialize};
 
@@ -37,7 +38,7 @@ pub(super) struct Finding {
     pub(super) files: Vec<RecordedFile>,
     pub(super) pictures: picture::Tables,
     /// Of the first view.
-    pub(super) samples: Vec<FilterableSample>,
+    pub(super) samples: Vec<TimedSample>,
 }
 
 impl shards::Finding for Finding {
@@ -66,7 +67,7 @@ pub(super) struct Tables {
     agreement: Vec<AgreementRecord>,
     files: Vec<RecordedFile>,
     pictures: picture::Tables,
-    samples: Vec<FilterableSample>,
+    samples: Vec<TimedSample>,
 }
 
 impl Tables {

@@ -178,7 +178,7 @@ impl MethodSetting {
         Ok(Some(if self.centre.is_empty() { stored } else { stored.centred(&self.centre)? }))
     }
 
-    fn search<R: Real>(&self) -> BlockerSearch<R> {
+    pub(super) fn search<R: Real>(&self) -> BlockerSearch<R> {
         let published = if self.is_percentage_closer() {
             BlockerSearch::percentage_closer()
         } else {
@@ -194,7 +194,7 @@ impl MethodSetting {
         }
     }
 
-    fn filter<R: Real>(&self, penumbra: &Penumbra<f64>) -> Filter<R> {
+    pub(super) fn filter<R: Real>(&self, penumbra: &Penumbra<f64>) -> Filter<R> {
         let largest = penumbra.search(1.0);
         let full = if self.growing_bias { largest[0].max(largest[1]) } else { 0.0 };
         Filter {
@@ -231,6 +231,29 @@ impl MethodSetting {
             (None, None) => largest.max(square(self.least_width)),
         };
         (self.region.unwrap_or(1.0) * f64::from(needed)).round().max(1.0) as u32
+    }
+
+    /// The key that keeps a map's table from holding the largest sums, with the reason.
+    pub(super) fn check_table(
+        &self,
+        map: &DepthMap,
+        penumbra: &Penumbra<f64>,
+    ) -> Result<(), (&'static str, String)> {
+        if self.is_percentage_closer() {
+            return Ok(());
+        }
+        let (held, side) = (self.texels(map, penumbra), map.width().min(map.height()));
+        if let Some(width) = self.width.filter(|&width| width > side as f64) {
+            return Err(("width", format!("a filter of {width} texels exceeds the map of {side}")));
+        }
+        let needed = Self { region: None, ..self.clone() }.texels(map, penumbra);
+        if held < needed {
+            return Err((
+                "region",
+                format!("the table holds sums of {held} texels, the largest region has {needed}"),
+            ));
+        }
+        self.table.check(held).map_err(|error| ("table", error.to_string()))
     }
 
     /// The method on a map.

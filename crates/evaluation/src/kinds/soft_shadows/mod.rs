@@ -5,6 +5,7 @@
 //! fragments of the stack and what a camera sees.
 
 mod method;
+mod passes;
 mod picture;
 mod receiver;
 mod records;
@@ -18,12 +19,11 @@ mod view;
 pub(crate) use method::Prepared;
 pub use method::{Corners, MethodSetting, Precision};
 pub use records::{
-    ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord, SoftSample,
+    PassSample, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord,
     SoftViewRecord, SweepRecord,
 };
 pub use settings::{
-    LightSetting, ReceiverPicture, SoftPicture, SoftShadowsExperiment, SoftTechnique, SoftTiming,
-    TruthSetting,
+    LightSetting, PassTiming, SoftPicture, SoftShadowsExperiment, SoftTechnique, SoftTiming, TruthSetting,
 };
 pub use sweep::{Sweep, SweepValues};
 pub use view::Population;

@@ -18,40 +18,45 @@ use shadow_renderer::Frame;
 /// Truths of neighbours that differ by less belong to one smooth stretch.
 const SMOOTH: f64 = 0.05;
 
+/// Where a picture is taken, and what it shows.
+pub(super) struct Place {
+    pub(super) view: usize,
+    pub(super) light: usize,
+    pub(super) techniques: Vec<usize>,
+}
+
 /// Rejects pictures of scenes or views that are not evaluated; an empty view means the first.
 pub(super) fn check(plan: &SoftPlan<'_>) -> Result<(), EvaluationError> {
     let experiment = plan.experiment;
     let pictures = experiment.picture.iter().enumerate();
     for (i, picture) in pictures {
-        plan.place(&picture.id, (&picture.scene, &picture.view, &picture.light), &format!("picture[{i}]"))?;
+        plan.place(picture, &format!("picture[{i}]"))?;
     }
     for (i, picture) in experiment.receiver.iter().enumerate() {
-        plan.place(&picture.id, (&picture.scene, &picture.view, &picture.light), &format!("receiver[{i}]"))?;
+        plan.place(picture, &format!("receiver[{i}]"))?;
     }
     Ok(())
 }
 
 impl SoftPlan<'_> {
-    /// View and light of a picture.
-    pub(super) fn place(
-        &self,
-        id: &str,
-        (scene, name, light): (&str, &str, &str),
-        key: &str,
-    ) -> Result<(usize, usize), EvaluationError> {
-        let light = self.experiment.lit_by(light, &format!("{key}.light"))?;
+    /// Where a picture is taken.
+    pub(super) fn place(&self, picture: &SoftPicture, key: &str) -> Result<Place, EvaluationError> {
+        let (id, scene, name) = (&picture.id, &picture.scene, &picture.view);
+        let light = self.experiment.lit_by(&picture.light, &format!("{key}.light"))?;
         let setting = &self.experiment.light[light];
         let is_meant = |view: &SoftView<'_>| {
-            let is_lit = setting.shines_on(view.light) && view.scene.loaded.label == scene;
-            is_lit && (name.is_empty() || view.light.name == name)
+            let is_lit = setting.shines_on(view.light) && view.scene.loaded.label == scene.as_str();
+            is_lit && (name.is_empty() || view.light.name == *name)
         };
-        self.views.iter().position(is_meant).map(|view| (view, light)).ok_or_else(|| {
+        let techniques = self.experiment.named(&picture.techniques, &format!("{key}.techniques"))?;
+        let view = self.views.iter().position(is_meant).ok_or_else(|| {
             let light = &setting.name;
             let reason = format!(
                 "picture `{id}`: view `{name}` of scene `{scene}` is not evaluated under light `{light}`"
             );
             EvaluationError::key(format!("{key}.view"), reason)
-        })
+        })?;
+        Ok(Place { view, light, techniques })
     }
 }
 
@@ -75,11 +80,9 @@ fn draw_one(
 ) -> Result<(), EvaluationError> {
     let fail = |reason: String| EvaluationError::Value(format!("picture `{}`: {reason}", picture.id));
     let experiment = plan.experiment;
-    let place = (picture.scene.as_str(), picture.view.as_str(), picture.light.as_str());
-    let (number, light) = plan.place(&picture.id, place, key)?;
-    let view = &plan.views[number];
-    let lit = plan.lit(number, light)?;
-    let [width, height] = picture.output;
+    let Place { view, light, techniques } = plan.place(picture, key)?;
+    let (view, lit) = (&plan.views[view], plan.lit(view, light)?);
+    let output @ [width, height] = picture.size();
     let frame = Frame::render(view.scene.scene, width, height).map_err(|error| fail(error.to_string()))?;
     let points = view.of_camera(&frame, &plan.noise);
     let shadows = |shade: &(dyn Fn(&Point) -> f64 + Sync)| -> Vec<Option<f64>> {
@@ -92,7 +95,7 @@ fn draw_one(
     };
     let truth = shadows(&|point| lit.truth(&view.receiver(point, &experiment.bias[0])));
     let mut columns = vec![shaded(&truth)];
-    for index in experiment.named(&picture.techniques, &format!("{key}.techniques"))? {
+    for index in techniques {
         let technique = &experiment.technique[index];
         let bias = best[index][light];
         let method = technique.method.prepare(lit.map, &lit.penumbra);
@@ -120,7 +123,7 @@ fn draw_one(
             roughness: rounded(roughness(width as usize, &truth, &errors)),
         });
     }
-    let all = side_by_side(&columns, picture.output, &picture.insets);
+    let all = side_by_side(&columns, output, &picture.insets);
     files.push(png(format!("{}.png", picture.id), DynamicImage::from(all).to_rgb8().into())?);
     Ok(())
 }

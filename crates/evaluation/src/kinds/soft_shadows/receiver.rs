@@ -2,9 +2,10 @@
 //! region is filtered.
 
 use super::method::MethodSetting;
+use super::picture::Place;
 use super::records::{ReceiverRecord, ReconstructionPoint, SearchTexel};
 use super::run::{Finding, SoftPlan};
-use super::settings::ReceiverPicture;
+use super::settings::SoftPicture;
 use crate::error::EvaluationError;
 use crate::run_directory::RecordedFile;
 use crate::statistics::rounded;
@@ -48,16 +49,13 @@ pub(super) fn draw(
 fn draw_one(
     plan: &SoftPlan<'_>,
     (findings, best): (&[Finding], &[Vec<usize>]),
-    (key, picture): (&str, &ReceiverPicture),
+    (key, picture): (&str, &SoftPicture),
     tables: &mut Tables,
 ) -> Result<(), EvaluationError> {
     let fail = |reason: String| EvaluationError::Value(format!("picture `{}`: {reason}", picture.id));
     let experiment = plan.experiment;
-    let place = (picture.scene.as_str(), picture.view.as_str(), picture.light.as_str());
-    let (number, light) = plan.place(&picture.id, place, key)?;
-    let view = &plan.views[number];
-    let lit = plan.lit(number, light)?;
-    let techniques = experiment.named(&picture.techniques, &format!("{key}.techniques"))?;
+    let Place { view: number, light, techniques } = plan.place(picture, key)?;
+    let (view, lit) = (&plan.views[number], plan.lit(number, light)?);
     let Some(finding) = findings.iter().find(|f| f.view == number && f.light == light) else {
         return Ok(());
     };

@@ -129,18 +129,27 @@ pub struct SweepRecord {
     pub largest_change: f64,
 }
 
-/// One row of samples.csv: a timing on one thread.
+/// One row of passes.csv: a compute pass on a graphics processor.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct SoftSample {
+pub struct PassSample {
     /// Technique.
     pub technique: String,
-    /// `sum` (encoding and summing a map), `shade`, or `rays` for the truth.
-    pub stage: String,
-    /// Texels, receivers or rays.
-    pub items: usize,
-    /// Counts from 0.
-    pub repetition: usize,
-    /// Wall-clock nanoseconds for all items.
+    /// Full width in texels of the largest search region.
+    pub region: f64,
+    /// Side of the shadow map in texels.
+    pub map_size: u32,
+    /// Output width in pixels.
+    pub width: u32,
+    /// Output height in pixels.
+    pub height: u32,
+    /// Pixels of surfaces that face the light: the others take no time to speak of.
+    pub receivers: usize,
+    /// `rows` (powers of depth and their sums along rows), `columns`, `shade`, or `frame` from the beginning of the first to
+    /// the end of the last.
+    pub pass: String,
+    /// Counts from 0 over all rounds.
+    pub frame: usize,
+    /// Between the timestamps around the pass.
     pub time_ns: u64,
 }
 

@@ -65,6 +65,9 @@ impl SoftShadowsExperiment {
         let plan = SoftPlan { experiment: self, views: &views, truth, noise };
         picture::check(&plan)?;
         let pairs = plan.pairs()?;
+        for &(view, light) in &pairs {
+            plan.check_regions(view, light)?;
+        }
         let (done, total) = (AtomicUsize::new(0), pairs.len());
         let (mut findings, mut rows, mut sweeps) = (Vec::new(), Vec::new(), Sweeps::default());
         for &(view, light) in &pairs {
@@ -85,6 +88,10 @@ impl SoftShadowsExperiment {
             RecordedFile::csv("views.csv", &rows)?,
             RecordedFile::csv("samples.csv", &timing::time(&plan)?)?,
         ]);
+        if let Some(passes) = &self.passes {
+            let (samples, gpu) = plan.pass_times(passes);
+            files.extend([RecordedFile::csv("gpu.csv", &[gpu])?, RecordedFile::csv("passes.csv", &samples)?]);
+        }
         if !self.sweep.is_empty() {
             files.push(RecordedFile::csv("sweeps.csv", &sweeps.records(self)?)?);
         }
@@ -105,6 +112,29 @@ impl SoftPlan<'_> {
             return Err(EvaluationError::key("light", reason));
         }
         Ok(pairs)
+    }
+
+    /// Refuses a light whose search region exceeds the map, and tables that cannot hold the sums it asks for. Sweeps may go
+    /// there: they count what fails.
+    fn check_regions(&self, view: usize, light: usize) -> Result<(), EvaluationError> {
+        let lit = self.lit(view, light)?;
+        let (of, name) = (&self.views[view], &self.experiment.light[light].name);
+        let place =
+            format!("under light `{name}` in view `{}` of `{}`", of.light.name, of.scene.loaded.label);
+        let widths = lit.penumbra.search(1.0);
+        let (width, side) = (widths[0].max(widths[1]), self.experiment.scenery.size);
+        if width > f64::from(side) {
+            let reason = format!("{place} blockers lie within {width:.0} texels, the map has {side}");
+            return Err(EvaluationError::key(format!("light[{light}]"), reason));
+        }
+        for (index, technique) in self.experiment.technique.iter().enumerate() {
+            let name = &technique.name;
+            technique.method.check_table(lit.map, &lit.penumbra).map_err(|(key, reason)| {
+                let reason = format!("technique `{name}` {place}: {reason}");
+                EvaluationError::key(format!("technique[{index}].method.{key}"), reason)
+            })?;
+        }
+        Ok(())
     }
 
     /// A view under a light, for methods and truth.

@@ -34,6 +34,9 @@ pub struct SoftShadowsExperiment {
     pub light: Vec<LightSetting>,
     /// What is timed.
     pub timing: SoftTiming,
+    /// Passes on a graphics processor; none without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub passes: Option<PassTiming>,
     /// The methods; the first is the one that the others imitate.
     pub technique: Vec<SoftTechnique>,
     /// What is varied on its own.
@@ -42,12 +45,12 @@ pub struct SoftShadowsExperiment {
     /// Receivers a view and light for sweeps.
     #[serde(default)]
     pub sweep_fragments: usize,
-    /// Pictures with error maps.
+    /// The scene from its camera with the truth, then with each technique; below, parts magnified; error maps.
     #[serde(default)]
     pub picture: Vec<SoftPicture>,
-    /// Single receivers.
+    /// What techniques make of the receiver where the first of them errs most, in a wide penumbra if there is one.
     #[serde(default)]
-    pub receiver: Vec<ReceiverPicture>,
+    pub receiver: Vec<SoftPicture>,
 }
 
 /// When shadow rays stop.
@@ -80,6 +83,40 @@ pub struct SoftTiming {
     pub repetitions: usize,
 }
 
+/// Compute passes on a graphics processor, of the first scene under its first light at infinity: one setting for all, and
+/// what is varied on its own (BHS16 Figure 14).
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PassTiming {
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+    /// Side of the shadow map in texels.
+    pub map_size: u32,
+    /// Output width and height in pixels.
+    pub output: [u32; 2],
+    /// Full width in texels of the largest search region, which makes the light as wide as that.
+    pub region: f64,
+    /// Other map sizes.
+    #[serde(default)]
+    pub map_sizes: Vec<u32>,
+    /// Other outputs.
+    #[serde(default)]
+    pub outputs: Vec<[u32; 2]>,
+    /// Other regions.
+    #[serde(default)]
+    pub regions: Vec<f64>,
+    /// Timed frames for each, in each round.
+    pub frames: usize,
+    /// Rounds over all techniques at each size, every other one backwards: clocks that drift favour nobody.
+    pub rounds: usize,
+    /// Milliseconds of frames before those that are timed: an idle processor runs at a lower clock.
+    #[serde(default)]
+    pub warm_up_ms: u64,
+    /// Times software drivers too. They are no GPU times; for tests of the way there.
+    #[serde(default)]
+    pub software: bool,
+}
+
 /// A method with its names.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -93,7 +130,7 @@ pub struct SoftTechnique {
     pub method: MethodSetting,
 }
 
-/// The scene from its camera with the truth, then with each technique; below, parts magnified.
+/// Where a picture is taken, and what it shows.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SoftPicture {
@@ -108,28 +145,19 @@ pub struct SoftPicture {
     pub light: String,
     /// Names of techniques.
     pub techniques: Vec<String>,
-    /// Width and height of one picture in pixels.
-    pub output: [u32; 2],
+    /// Width and height in pixels of one picture from the camera; 320 x 320 without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<[u32; 2]>,
     /// Left, top and side of squares to magnify, in pixels.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub insets: Vec<[u32; 3]>,
 }
 
-/// What techniques make of the receiver where the first of them errs most, in a wide penumbra if there is one.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ReceiverPicture {
-    /// File name without extension.
-    pub id: String,
-    /// Scene, as in `scenes`.
-    pub scene: String,
-    /// View; the first without one.
-    #[serde(default)]
-    pub view: String,
-    /// Name of a light.
-    pub light: String,
-    /// Names of techniques.
-    pub techniques: Vec<String>,
+impl SoftPicture {
+    /// Width and height in pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.output.unwrap_or([320, 320])
+    }
 }
 
 impl Role for SoftTechnique {
@@ -185,17 +213,35 @@ impl Settings for SoftShadowsExperiment {
         unique(("picture", "id", "picture"), ids)?;
         for (i, picture) in self.picture.iter().enumerate() {
             let place = format!("picture[{i}]");
-            file_name(&format!("{place}.id"), "picture", &picture.id)?;
-            self.named(&picture.techniques, &format!("{place}.techniques"))?;
-            self.lit_by(&picture.light, &format!("{place}.light"))?;
-            check_output(picture.output, &picture.insets)
+            self.check_place(picture, &place)?;
+            check_output(picture.size(), &picture.insets)
                 .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
+        }
+        if let Some(passes) = &self.passes {
+            self.named(&passes.techniques, "passes.techniques")?;
+            for &output in passes.outputs.iter().chain([&passes.output]) {
+                check_output(output, &[]).or_else(|reason| fail("passes.outputs", reason))?;
+            }
+            for &size in passes.map_sizes.iter().chain([&passes.map_size]) {
+                if !(1..=MAX_SIZE).contains(&size) {
+                    let reason = format!("map size {size} is not between 1 and {MAX_SIZE}");
+                    return fail("passes.map_sizes", reason);
+                }
+                for &region in passes.regions.iter().chain([&passes.region]) {
+                    if !(region > 0.0 && region + 1.0 <= f64::from(size)) {
+                        let reason = format!("a region of {region} texels does not fit a map of {size}");
+                        return fail("passes.regions", reason);
+                    }
+                }
+            }
         }
         for (i, picture) in self.receiver.iter().enumerate() {
             let place = format!("receiver[{i}]");
-            file_name(&format!("{place}.id"), "picture", &picture.id)?;
-            self.named(&picture.techniques, &format!("{place}.techniques"))?;
-            self.lit_by(&picture.light, &format!("{place}.light"))?;
+            self.check_place(picture, &place)?;
+            if picture.output.is_some() || !picture.insets.is_empty() {
+                let reason = format!("receiver `{}` is drawn as a chart: no output, no insets", picture.id);
+                return fail(place, reason);
+            }
         }
         Ok(())
     }
@@ -205,16 +251,12 @@ impl Settings for SoftShadowsExperiment {
     }
 
     fn scenes_replaced(&mut self) {
-        let scene = &self.scenery.scenes[0];
-        self.picture.truncate(1);
-        for picture in &mut self.picture {
-            picture.scene.clone_from(scene);
-            picture.view.clear();
-        }
-        self.receiver.truncate(1);
-        for picture in &mut self.receiver {
-            picture.scene.clone_from(scene);
-            picture.view.clear();
+        for pictures in [&mut self.picture, &mut self.receiver] {
+            pictures.truncate(1);
+            for picture in pictures {
+                picture.scene.clone_from(&self.scenery.scenes[0]);
+                picture.view.clear();
+            }
         }
     }
 
@@ -228,6 +270,14 @@ impl SoftShadowsExperiment {
     pub(super) fn nets(&self) -> Result<AreaTruth, applications::soft_shadow::TruthError> {
         let TruthSetting { standard_error, most_rays } = self.truth;
         AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed })
+    }
+
+    /// Whether a picture's file, techniques and light exist.
+    fn check_place(&self, picture: &SoftPicture, place: &str) -> Result<(), EvaluationError> {
+        file_name(&format!("{place}.id"), "picture", &picture.id)?;
+        self.named(&picture.techniques, &format!("{place}.techniques"))?;
+        self.lit_by(&picture.light, &format!("{place}.light"))?;
+        Ok(())
     }
 
     /// Where techniques of these names stand; all of them without names.

@@ -1,15 +1,14 @@
 //! Timings on one thread, after everything else is known.
 
-use super::records::SoftSample;
 use super::run::SoftPlan;
 use crate::error::EvaluationError;
-use crate::timing::alone;
+use crate::timing::{TimedSample, alone};
 use applications::soft_shadow::SoftReceiver;
 use std::hint::black_box;
 use std::time::Instant;
 
 /// What the first view's fragments cost under the last light that is meant for it, technique after technique in each round.
-pub(super) fn time(plan: &SoftPlan<'_>) -> Result<Vec<SoftSample>, EvaluationError> {
+pub(super) fn time(plan: &SoftPlan<'_>) -> Result<Vec<TimedSample>, EvaluationError> {
     let experiment = plan.experiment;
     let light = plan.pairs()?.into_iter().filter(|pair| pair.0 == 0).map(|pair| pair.1).max();
     let lit = plan.lit(0, light.unwrap_or_default())?;
@@ -20,13 +19,7 @@ pub(super) fn time(plan: &SoftPlan<'_>) -> Result<Vec<SoftSample>, EvaluationErr
         let mut samples = Vec::new();
         for repetition in 0..experiment.timing.repetitions {
             let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
-                samples.push(SoftSample {
-                    technique: technique.to_owned(),
-                    stage: stage.to_owned(),
-                    items,
-                    repetition,
-                    time_ns: u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX),
-                });
+                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
             };
             let begin = Instant::now();
             let rays: usize = receivers.iter().map(|receiver| lit.occluded(receiver).rays).sum();

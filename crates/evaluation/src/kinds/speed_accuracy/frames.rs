@@ -3,11 +3,12 @@
 //! A software driver is not timed: its times say nothing about graphics processors. Whatever goes wrong ends the rows of the
 //! GPU and nothing else; gpu.csv says what it was.
 
-use super::records::{FrameSample, GpuRecord};
+use super::records::FrameSample;
 use super::scenery::SpeedPlan;
 use super::settings::{FrameTiming, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
 use crate::fragments::{LoadedScene, Source};
+use crate::timing::GpuRecord;
 use graphics_device::{DeviceError, GraphicsDevice};
 use shaders::FrameShaders;
 use shadow_filtering::{Kernel, comparison_shaders};
@@ -74,11 +75,8 @@ impl SpeedPlan<'_> {
         before_frames: &dyn Fn(&FrameRenderer),
     ) -> Result<(), String> {
         let adapter = &GraphicsDevice::shared().map_err(|error| format!("not timed: {error}"))?.name;
-        gpu.adapter = adapter.name.clone();
-        gpu.device_type = adapter.device_type.clone();
-        gpu.driver = adapter.driver.clone();
-        gpu.api = adapter.api.clone();
-        if adapter.device_type == "Cpu" && !timing.software {
+        *gpu = GpuRecord::of(adapter);
+        if gpu.is_software() && !timing.software {
             return Err("not timed: only a software driver".to_owned());
         }
         let experiment = self.experiment;

@@ -96,25 +96,6 @@ pub struct FrameSample {
     pub time_ns: u64,
 }
 
-/// The row of gpu.csv.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
-pub struct GpuRecord {
-    /// Name of the adapter; empty without one.
-    pub adapter: String,
-    /// `DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`.
-    pub device_type: String,
-    /// Driver.
-    pub driver: String,
-    /// Graphics interface.
-    pub api: String,
-    /// `timed`, or why not, or why it stopped.
-    pub status: String,
-    /// Combinations that this adapter could not render.
-    pub skipped: usize,
-    /// The last of these, with the reason.
-    pub last_skipped: String,
-}
-
 /// What the kernels of a view need; orders.csv has a row for each share.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OrderRecord {

@@ -14,7 +14,6 @@ mod timing;
 
 pub use method::{StochasticSetting, StochasticTechnique};
 pub use records::{
-    ModulationRecord, PlaneRecord, StochasticPictureRecord, StochasticRecord, StochasticSample,
-    StochasticViewRecord,
+    ModulationRecord, PlaneRecord, StochasticPictureRecord, StochasticRecord, StochasticViewRecord,
 };
 pub use settings::{ModulationSetting, StochasticPicture, StochasticShadowsExperiment};

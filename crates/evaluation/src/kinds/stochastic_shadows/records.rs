@@ -128,21 +128,6 @@ pub struct ModulationRecord {
     pub l1_error: f64,
 }
 
-/// One row of samples.csv: a timing on one thread.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct StochasticSample {
-    /// Technique; empty for rays.
-    pub technique: String,
-    /// `rays`, `filter` (all planes, reprojection included) or `shade`.
-    pub stage: String,
-    /// Rays, texels or pixels.
-    pub items: usize,
-    /// Counts from 0.
-    pub repetition: usize,
-    /// Wall-clock nanoseconds for all items.
-    pub time_ns: u64,
-}
-
 /// One row of pictures.csv: a column of a picture.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct StochasticPictureRecord {

@@ -1,12 +1,11 @@
 //! Timings on one thread, after everything else is known.
 
 use super::method::Choice;
-use super::records::StochasticSample;
 use super::settings::StochasticShadowsExperiment;
 use super::shading::{LitFrame, Traced};
 use crate::error::EvaluationError;
 use crate::lit_frames::{Lit, Ready, Seen, Stage, middle_map};
-use crate::timing::alone;
+use crate::timing::{TimedSample, alone};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -14,7 +13,7 @@ use std::time::Instant;
 pub(super) fn time(
     experiment: &StochasticShadowsExperiment,
     stage: &Stage,
-) -> Result<Vec<StochasticSample>, EvaluationError> {
+) -> Result<Vec<TimedSample>, EvaluationError> {
     let scenery = stage.on(false);
     let sight = experiment.sight(&scenery, experiment.camera, experiment.zoom, 0)?;
     let Some(view) = experiment.view_of(stage, "")? else { return Ok(Vec::new()) };
@@ -28,13 +27,7 @@ pub(super) fn time(
         let mut samples = Vec::new();
         for repetition in 0..experiment.timing.repetitions {
             let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
-                samples.push(StochasticSample {
-                    technique: technique.to_owned(),
-                    stage: stage.to_owned(),
-                    items,
-                    repetition,
-                    time_ns: u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX),
-                });
+                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
             };
             let frame = &lit.light.frame;
             let begin = Instant::now();

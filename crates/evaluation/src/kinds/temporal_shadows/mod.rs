@@ -14,5 +14,5 @@ mod settings;
 mod timing;
 
 pub use method::{GatherSetting, MethodChoice, TemporalTechnique};
-pub use records::{CountRecord, TemporalPictureRecord, TemporalRecord, TemporalSample, TemporalViewRecord};
+pub use records::{CountRecord, TemporalPictureRecord, TemporalRecord, TemporalViewRecord};
 pub use settings::{CountingSetting, PathSetting, TemporalPicture, TemporalShadowsExperiment};

@@ -121,21 +121,6 @@ pub struct CountRecord {
     pub largest_error: f64,
 }
 
-/// One row of samples.csv: a timing on one thread.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-pub struct TemporalSample {
-    /// Technique.
-    pub technique: String,
-    /// `frame`, one frame of all pixels without their maps; `map`, the texels of a map that these pixels read, by rays.
-    pub stage: String,
-    /// Pixels.
-    pub items: usize,
-    /// Counts from 0.
-    pub repetition: usize,
-    /// Wall-clock nanoseconds for all items.
-    pub time_ns: u64,
-}
-
 /// One row of pictures.csv: a column of a picture.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct TemporalPictureRecord {

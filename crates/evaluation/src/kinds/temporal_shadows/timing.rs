@@ -1,17 +1,16 @@
 //! Timings on one thread, after everything else is known.
 
-use super::records::TemporalSample;
 use super::run::Plan;
 use crate::error::EvaluationError;
 use crate::lit_frames::{Lit, PointMap, Ready, Sight, Stage, middle_map};
-use crate::timing::alone;
+use crate::timing::{TimedSample, alone};
 use applications::samples::{HALTON_START, halton};
 use applications::temporal::ShadowBuffer;
 use std::hint::black_box;
 use std::time::Instant;
 
 /// What a frame of the first path costs under the first view's middle light: the second one, whose pixels have a history.
-pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TemporalSample>, EvaluationError> {
+pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TimedSample>, EvaluationError> {
     let experiment = plan.experiment;
     let path = &experiment.path[0];
     let scenery = stage.on(path.moving);
@@ -24,13 +23,7 @@ pub(super) fn time(plan: &Plan<'_>, stage: &Stage) -> Result<Vec<TemporalSample>
         let mut samples = Vec::new();
         for repetition in 0..experiment.timing.repetitions {
             let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
-                samples.push(TemporalSample {
-                    technique: technique.to_owned(),
-                    stage: stage.to_owned(),
-                    items,
-                    repetition,
-                    time_ns: u64::try_from(begin.elapsed().as_nanos()).unwrap_or(u64::MAX),
-                });
+                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
             };
             let middle = PointMap::new(scenery.posed(0), light, [0.5; 2], Vec::new());
             let points = [0, 1].map(|frame| halton(HALTON_START + frame));

@@ -53,7 +53,10 @@ const MAX_EXAMINED: usize = 20_000;
 
 impl PreparedBasis {
     /// A number that max(y . a(z) - p(z)) over \[0, 1\] provably does not exceed (infinite if nothing can be said).
-    pub(crate) fn excess(&self, y: &[DoubleDouble], step: Step) -> f64 {
+    ///
+    /// # Errors
+    /// An excess that is attained somewhere and above `hopeless`: whoever asks has no use for a proof then.
+    pub(crate) fn excess(&self, y: &[DoubleDouble], step: Step, hopeless: f64) -> Result<f64, f64> {
         let rounded: Vec<f64> = y.iter().map(|y| y.to_f64()).collect();
         let coefficients = self.coefficients(y);
         let mut proof = Proof { basis: self, coefficients: &coefficients, examined: 0, worst: 0.0 };
@@ -68,11 +71,11 @@ impl PreparedBasis {
                 if bound - p <= EXCESS_TOLERANCE {
                     proof.worst = proof.worst.max(bound - p);
                 } else {
-                    proof.examine(left.max(low), right.min(high), p);
+                    proof.examine((left.max(low), right.min(high)), p, hopeless)?;
                 }
             }
         }
-        proof.worst
+        Ok(proof.worst)
     }
 
     fn cells_between(&self, low: f64, high: f64) -> &[Cell] {
@@ -273,12 +276,15 @@ impl Proof<'_> {
         value + 0.5 * steepest * steepest / -model.curvature.1 * (1.0 + 1e-14) + margin
     }
 
-    fn examine(&mut self, low: f64, high: f64, p: f64) {
-        let mut stack = vec![(low, high)];
+    fn examine(&mut self, interval: (f64, f64), p: f64, hopeless: f64) -> Result<(), f64> {
+        let mut stack = vec![interval];
         while let Some((low, high)) = stack.pop() {
             self.examined += 1;
             let Enclosure { bound, value, .. } = self.bound(low, high);
             let excess = bound - p;
+            if value - p > hopeless {
+                return Err(value - p);
+            }
             let middle = 0.5 * (low + high);
             let divisible = middle > low && middle < high && self.examined + stack.len() < MAX_EXAMINED;
             if excess <= EXCESS_TOLERANCE || bound - value <= RESOLUTION || !divisible {
@@ -288,6 +294,7 @@ impl Proof<'_> {
                 stack.push((middle, high));
             }
         }
+        Ok(())
     }
 
     /// Upper bound of the function on \[low, high\]: the best of Taylor's formula, monotonicity and concavity.

@@ -4,8 +4,8 @@ use crate::kinds::reference::ReferenceLevel;
 use crate::kinds::rows::tables;
 use crate::page::{Text, percent};
 use evaluation::{
-    AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, FilterableSample, NOTHING,
-    PairRecord, PictureRecord, ReferenceRecord, ViewRecord, with_role,
+    AgreementRecord, CurveRecord, FilterableExperiment, FilterableRecord, NOTHING, PairRecord, PictureRecord,
+    ReferenceRecord, TimedSample, ViewRecord, with_role,
 };
 
 tables! {
@@ -13,7 +13,7 @@ tables! {
     FilterableTables<'a> of FilterableExperiment {
         records: FilterableRecord,
         views: ViewRecord,
-        samples: FilterableSample,
+        samples: TimedSample,
     }
     some_runs {
         agreement: AgreementRecord,

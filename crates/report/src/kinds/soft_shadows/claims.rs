@@ -188,9 +188,16 @@ fn interpolation(tables: &SoftTables<'_>) -> Measured<String> {
         let name = &player(&tables.experiment.technique, role)?.name;
         recorded(tables.least_time(name, "shade"))
     };
-    let (with, without) = (time("four moments")?, time("four moments, not interpolated")?);
+    let roles = ["four moments", "four moments, not interpolated"];
+    let (with, without) = (time(roles[0])?, time(roles[1])?);
+    let core = format!("On one core {with:.0} and {without:.0} ns a fragment, {:.2} times", with / without);
+    let passes = roles.map(|role| tables.gpu_time(&player(&tables.experiment.technique, role).ok()?.name));
+    let [Some(with), Some(without)] = passes else {
+        return Ok(format!("{core} (published {PUBLISHED_RATIO:.2} for whole frames)"));
+    };
     Ok(format!(
-        "On one core {with:.0} and {without:.0} ns a fragment, {:.2} times (published {PUBLISHED_RATIO:.2} for whole frames)",
+        "All passes on {} take {with:.3} and {without:.3} ms, {:.2} times (published {PUBLISHED_RATIO:.2} for whole frames). {core}",
+        tables.adapter(),
         with / without
     ))
 }

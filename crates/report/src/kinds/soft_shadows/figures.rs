@@ -24,6 +24,7 @@ pub(super) fn draw(run: &RunDirectory, tables: &SoftTables<'_>) -> Result<Vec<Dr
         figures.extend(errors(tables, light)?);
     }
     figures.extend(sweeps::charts(tables)?);
+    figures.extend(tables.gpu_charts()?);
     figures.extend(receiver::draw(tables)?);
     for picture in &tables.experiment.picture {
         let tiles: Vec<_> = picture

@@ -2,6 +2,7 @@
 
 mod claims;
 mod figures;
+mod gpu;
 mod receiver;
 mod summary;
 mod sweeps;

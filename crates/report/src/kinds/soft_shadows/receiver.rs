@@ -7,7 +7,7 @@ use crate::drawing::{
 };
 use crate::error::ReportError;
 use crate::page::{Drawing, percent};
-use evaluation::{KernelRecord, ReceiverPicture, ReceiverRecord, SearchTexel};
+use evaluation::{KernelRecord, ReceiverRecord, SearchTexel, SoftPicture};
 use moment_problem::DepthDistribution;
 
 /// Height of the chart in pixels.
@@ -18,7 +18,7 @@ pub(super) fn draw(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportError>
     Ok(drawn.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
-fn one(tables: &SoftTables<'_>, picture: &ReceiverPicture) -> Result<Option<Drawing>, ReportError> {
+fn one(tables: &SoftTables<'_>, picture: &SoftPicture) -> Result<Option<Drawing>, ReportError> {
     let texels: Vec<&SearchTexel> = tables.kernels.iter().filter(|t| t.picture == picture.id).collect();
     let rows: Vec<&ReceiverRecord> = tables.receivers.iter().filter(|r| r.picture == picture.id).collect();
     let (Some(first), Some(left), Some(top)) =

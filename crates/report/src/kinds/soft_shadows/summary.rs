@@ -4,8 +4,8 @@ use super::sweeps;
 use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord, SoftSample,
-    SoftShadowsExperiment, SoftViewRecord, SweepRecord, with_role,
+    GpuRecord, PassSample, Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord,
+    SoftRecord, SoftShadowsExperiment, SoftViewRecord, SweepRecord, TimedSample, with_role,
 };
 
 tables! {
@@ -13,7 +13,7 @@ tables! {
     SoftTables<'a> of SoftShadowsExperiment {
         records: SoftRecord,
         views: SoftViewRecord,
-        samples: SoftSample,
+        samples: TimedSample,
     }
     some_runs {
         sweeps: SweepRecord,
@@ -21,6 +21,8 @@ tables! {
         receivers: ReceiverRecord,
         kernels: SearchTexel,
         curves: ReconstructionPoint,
+        passes: PassSample,
+        gpu: GpuRecord,
     }
 }
 

@@ -1,17 +1,14 @@
 //! One parameter varied at a time: tables, charts, and which settings are safe.
 
 use super::summary::SoftTables;
-use crate::drawing::{CurvePoint, ErrorCurve, error_curves};
+use crate::drawing::{Series, SeriesChart, SeriesPoint, svg};
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
-use crate::page::{Block, Drawing, Table, Text, in_percent};
+use crate::page::{Block, Drawing, Table, Text, in_percent, percent};
 use evaluation::{Sweep, SweepRecord, SweepValues};
 
 /// A setting is safe if nothing fails and the error is within this factor of the least of the sweep.
 const SAFE: f64 = 1.05;
-
-/// Stands for 0 on a logarithmic axis: a third of the least other value.
-const ZERO: f64 = 1.0 / 3.0;
 
 /// The rows of a technique in a sweep, over all widths.
 fn rows<'a>(tables: &'a SoftTables<'_>, sweep: &str, technique: &str) -> Vec<&'a SweepRecord> {
@@ -130,31 +127,32 @@ fn by_width(tables: &SoftTables<'_>, sweep: &Sweep) -> Vec<Block> {
 pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportError> {
     let mut drawings = Vec::new();
     for sweep in &tables.experiment.sweep {
-        let mut curves: Vec<Vec<&SweepRecord>> = Vec::new();
-        for technique in distinct(sweep.techniques.iter()) {
-            let answered = |r: &&SweepRecord| r.refused < r.receivers && r.value.is_some();
-            curves.push(rows(tables, &sweep.id, technique).into_iter().filter(answered).collect());
-        }
-        curves.retain(|points| !points.is_empty());
-        if curves.iter().all(|points| points.len() < 2) {
+        let series = |technique: &String| Series {
+            name: technique.clone(),
+            points: rows(tables, &sweep.id, technique).into_iter().filter_map(point).collect(),
+        };
+        let mut curves: Vec<Series> = distinct(sweep.techniques.iter()).into_iter().map(series).collect();
+        curves.retain(|series| !series.points.is_empty());
+        if curves.iter().all(|series| series.points.len() < 2) {
             continue;
         }
-        let values = curves.iter().flatten().filter_map(|r| r.value);
-        let least = values.filter(|&x| x > 0.0).fold(f64::INFINITY, f64::min);
-        let point = |r: &&SweepRecord| CurvePoint {
-            x: r.value.filter(|&x| x > 0.0).unwrap_or(ZERO * least),
-            tick: r.setting.clone(),
-            error: r.mean_error,
-        };
-        let curve = |rows: &Vec<&SweepRecord>| {
-            let name = rows.first().map(|row| row.technique.clone()).unwrap_or_default();
-            ErrorCurve { name, points: rows.iter().map(point).collect() }
-        };
-        let curves: Vec<ErrorCurve> = curves.iter().map(curve).collect();
-        let label = label(&sweep.values);
-        let title = format!("Error by {label}, light \"{}\"", sweep.light);
         let id = format!("sweep-{}", sweep.id);
-        drawings.push(error_curves(id, title, (label, "mean |method - truth|"), &curves)?);
+        let title = format!("Error by {}, light \"{}\"", label(&sweep.values), sweep.light);
+        let chart = SeriesChart {
+            title: &title,
+            x_label: label(&sweep.values),
+            y_label: "mean |method - truth|",
+            y_tick: &|error| percent(*error, 1),
+        };
+        let picture = svg(&id, (640, 400), |root| chart.draw(root, &curves))?;
+        drawings.push(Drawing::new(id, title, picture));
     }
     Ok(drawings)
+}
+
+/// Where a setting stands in a chart; nowhere if it answers nothing.
+fn point(row: &SweepRecord) -> Option<SeriesPoint> {
+    let x = row.value.filter(|_| row.refused < row.receivers)?;
+    let label = format!("{} at {}: {}", row.technique, row.setting, percent(row.mean_error, 2));
+    Some(SeriesPoint { x, tick: row.setting.clone(), y: row.mean_error, label })
 }

@@ -17,6 +17,7 @@ pub(super) fn blocks(tables: &SoftTables<'_>) -> Vec<Block> {
         sweeps::blocks(tables),
         truth(tables),
         cost(tables),
+        tables.gpu_blocks(),
     ]
     .concat()
 }
@@ -30,7 +31,7 @@ fn recorded_picture(picture: &SoftPicture) -> RecordedPicture {
     RecordedPicture {
         id: picture.id.clone(),
         title: format!("{}, {view}, light \"{}\"", picture.scene, picture.light),
-        columns: PictureColumns { size: picture.output, techniques: picture.techniques.clone() },
+        columns: PictureColumns { size: picture.size(), techniques: picture.techniques.clone() },
     }
 }
 

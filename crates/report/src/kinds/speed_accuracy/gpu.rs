@@ -45,7 +45,7 @@ impl SpeedTables<'_> {
 
     /// Least, median and most of the frame times at the first sizes, on a graphics processor.
     pub(crate) fn gpu_time(&self, technique: &str, format: &str) -> Option<(f64, f64, f64)> {
-        self.gpu.first().filter(|gpu| gpu.device_type != "Cpu")?;
+        self.gpu.first().filter(|gpu| !gpu.is_software())?;
         let at = *self.points().first()?;
         let times = self.frame_times((technique, format), at, |pass| pass == WHOLE_FRAME);
         Some((*times.first()?, times[times.len() / 2], *times.last()?))
@@ -99,7 +99,7 @@ impl SpeedTables<'_> {
         if self.frames.is_empty() {
             return format!("No GPU times, and no GPU axis: {}.", gpu.status);
         }
-        if gpu.device_type == "Cpu" {
+        if gpu.is_software() {
             return format!("No GPU times, and no GPU axis: {} is a software driver.", gpu.adapter);
         }
         let time = |role| self.player(role).ok().and_then(|(name, format)| self.gpu_time(name, &format));
@@ -125,9 +125,10 @@ impl SpeedTables<'_> {
             let reason = Block::paragraph(format!("None ({adapter}): {}.", gpu.status));
             return vec![Block::heading(3, "Frame times on a graphics processor"), reason];
         }
-        let heading = match gpu.device_type.as_str() {
-            "Cpu" => "Frame times on a software driver, which are no GPU times",
-            _ => "Frame times on a graphics processor",
+        let heading = if gpu.is_software() {
+            "Frame times on a software driver, which are no GPU times"
+        } else {
+            "Frame times on a graphics processor"
         };
         let points = self.points();
         let cells = |key: (&str, &str)| {

@@ -1,7 +1,7 @@
 //! The figures of a `stochastic-shadows` run: errors by light, and sheets of error maps.
 
 use super::summary::{BASES, OTHERS, StochasticTables};
-use crate::drawing::{CurvePoint, ErrorColours, ErrorCurve, error_curves, error_sheet};
+use crate::drawing::{ErrorColours, Series, error_curves, error_point, error_sheet};
 use crate::error::ReportError;
 use crate::page::Drawing;
 use evaluation::{RunDirectory, map_name};
@@ -50,11 +50,11 @@ fn by_light(
         let name = tables.named(role)?;
         let point = |light: &evaluation::ScaledLight| {
             let row = tables.row(&light.name, name, class)?;
-            Some(CurvePoint { x: light.scale, tick: light.name.clone(), error: row.l1_error })
+            Some(error_point(name, light.scale, light.name.clone(), row.l1_error))
         };
-        let points: Vec<CurvePoint> = tables.experiment.light.iter().filter_map(point).collect();
-        (!points.is_empty()).then(|| ErrorCurve { name: name.to_owned(), points })
+        let points: Vec<_> = tables.experiment.light.iter().filter_map(point).collect();
+        (!points.is_empty()).then(|| Series { name: name.to_owned(), points })
     };
-    let curves: Vec<ErrorCurve> = roles.iter().filter_map(curve).collect();
+    let curves: Vec<Series> = roles.iter().filter_map(curve).collect();
     error_curves(id, title, ("light, by the length of its side", "mean |shadow - truth|"), &curves)
 }

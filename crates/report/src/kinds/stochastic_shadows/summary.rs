@@ -3,8 +3,8 @@
 use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    ModulationRecord, PlaneRecord, StochasticPictureRecord, StochasticRecord, StochasticSample,
-    StochasticShadowsExperiment, StochasticViewRecord, with_role,
+    ModulationRecord, PlaneRecord, StochasticPictureRecord, StochasticRecord, StochasticShadowsExperiment,
+    StochasticViewRecord, TimedSample, with_role,
 };
 
 tables! {
@@ -13,7 +13,7 @@ tables! {
         records: StochasticRecord,
         views: StochasticViewRecord,
         planes: PlaneRecord,
-        samples: StochasticSample,
+        samples: TimedSample,
     }
     some_runs {
         pictures: StochasticPictureRecord,

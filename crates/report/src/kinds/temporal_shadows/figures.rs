@@ -1,7 +1,7 @@
 //! The figures of a `temporal-shadows` run: convergence, paths, counting, sheets of error maps.
 
 use super::summary::{ASKED, TemporalTables};
-use crate::drawing::{CurvePoint, ErrorColours, ErrorCurve, error_curves, error_sheet};
+use crate::drawing::{ErrorColours, Series, error_curves, error_point, error_sheet};
 use crate::error::ReportError;
 use crate::page::Drawing;
 use evaluation::{PathSetting, RunDirectory, TemporalRecord, map_name};
@@ -39,20 +39,18 @@ pub(super) fn draw(run: &RunDirectory, tables: &TemporalTables<'_>) -> Result<Ve
 fn by_frames(tables: &TemporalTables<'_>, light: &str, path: &PathSetting) -> Result<Drawing, ReportError> {
     let curve = |role: &&str| {
         let name = tables.named(role)?;
-        let point = |row: &TemporalRecord| CurvePoint {
-            x: row.frame as f64,
-            tick: row.frame.to_string(),
-            error: row.l1_error,
-        };
+        let point =
+            |row: &TemporalRecord| error_point(name, row.frame as f64, row.frame.to_string(), row.l1_error);
         let rows =
             path.judged.iter().filter_map(|&frame| tables.row((light, &path.name, frame), name, "all"));
-        Some(ErrorCurve { name: name.to_owned(), points: rows.map(point).collect() })
+        let points: Vec<_> = rows.map(point).collect();
+        (!points.is_empty()).then(|| Series { name: name.to_owned(), points })
     };
     let words = |text: &str| tables.experiment.scenery.words(text);
     let id = format!("frames-{}-{}", words(&path.name), words(light));
     let title =
         format!("Distance from the area light, path \"{}\", light \"{light}\" (less is better)", path.name);
-    let curves: Vec<ErrorCurve> = ASKED.iter().filter_map(curve).collect();
+    let curves: Vec<Series> = ASKED.iter().filter_map(curve).collect();
     error_curves(id, title, ("frames so far", "mean |shadow - truth|"), &curves)
 }
 
@@ -61,15 +59,13 @@ fn counting(tables: &TemporalTables<'_>) -> Result<Option<Drawing>, ReportError>
     let curve = |role: &&str| {
         let name = tables.named(role)?;
         let rows = tables.counts.iter().filter(|r| r.technique == name);
-        let points: Vec<CurvePoint> = rows
-            .map(|r| CurvePoint { x: r.frames as f64, tick: r.frames.to_string(), error: r.mean_error })
-            .collect();
+        let points: Vec<_> =
+            rows.map(|r| error_point(name, r.frames as f64, r.frames.to_string(), r.mean_error)).collect();
         let format = tables.counts.iter().find(|r| r.technique == name).map(|r| r.format.as_str())?;
-        Some(ErrorCurve { name: format!("{name} ({format})"), points })
+        Some(Series { name: format!("{name} ({format})"), points })
     };
     let roles = ["sampling", "published", "published in f32", "capped"];
-    let curves: Vec<ErrorCurve> =
-        roles.iter().filter_map(curve).filter(|curve| curve.points.len() > 1).collect();
+    let curves: Vec<Series> = roles.iter().filter_map(curve).filter(|curve| curve.points.len() > 1).collect();
     if curves.is_empty() {
         return Ok(None);
     }

@@ -3,8 +3,8 @@
 use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    CountRecord, PathSetting, TemporalPictureRecord, TemporalRecord, TemporalSample,
-    TemporalShadowsExperiment, TemporalViewRecord, with_role,
+    CountRecord, PathSetting, TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment,
+    TemporalViewRecord, TimedSample, with_role,
 };
 
 tables! {
@@ -13,7 +13,7 @@ tables! {
         records: TemporalRecord,
         views: TemporalViewRecord,
         counts: CountRecord,
-        samples: TemporalSample,
+        samples: TimedSample,
     }
     some_runs {
         pictures: TemporalPictureRecord,
