@@ -1,5 +1,6 @@
 use super::*;
 use crate::samples::TapShape;
+use quantization::NumberFormat;
 
 const SCREEN: Screen = Screen { light_size: 1.0, pixels_per_unit: 100.0 };
 

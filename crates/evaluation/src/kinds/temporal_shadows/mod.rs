@@ -7,6 +7,7 @@
 mod counting;
 mod judge;
 mod method;
+mod outcome;
 mod picture;
 mod records;
 mod run;

@@ -1,7 +1,8 @@
 //! Pictures of frames: the truth, then techniques, each beside the other and with magnified parts below.
 
+use super::judge::At;
 use super::records::TemporalPictureRecord;
-use super::run::{At, LitPixels, Plan};
+use super::run::{LitPixels, Plan};
 use super::settings::{TemporalPicture, TemporalShadowsExperiment};
 use crate::error::EvaluationError;
 use crate::kinds::filterable::map_name;

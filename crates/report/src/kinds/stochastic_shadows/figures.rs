@@ -16,13 +16,13 @@ pub(super) fn draw(run: &RunDirectory, tables: &StochasticTables<'_>) -> Result<
         let ours = ["published", "four moments", "mended"];
         let roles: Vec<&str> = ours.into_iter().chain(OTHERS).collect();
         let title = "Distance from the area light by its size (less is better)";
-        figures.push(by_light(tables, ("methods", title), &roles, "all")?);
+        figures.extend(by_light(tables, ("methods", title), &roles, "all")?);
         let title = "At contacts: distance from the area light by its size (less is better)";
-        figures.push(by_light(tables, ("contacts", title), &roles, "contact")?);
+        figures.extend(by_light(tables, ("contacts", title), &roles, "contact")?);
         let title = "Representations on the same planes (less is better)";
-        figures.push(by_light(tables, ("bases", title), &BASES, "all")?);
+        figures.extend(by_light(tables, ("bases", title), &BASES, "all")?);
         let planes = ["one plane", "two planes", "four moments", "eight planes", "planes at receivers"];
-        figures.push(by_light(
+        figures.extend(by_light(
             tables,
             ("planes", "Four moments by filter planes (less is better)"),
             &planes,
@@ -45,7 +45,7 @@ fn by_light(
     (id, title): (&str, &str),
     roles: &[&str],
     class: &str,
-) -> Result<Drawing, ReportError> {
+) -> Result<Option<Drawing>, ReportError> {
     let curve = |role: &&str| {
         let name = tables.named(role)?;
         let point = |light: &evaluation::ScaledLight| {
@@ -56,5 +56,9 @@ fn by_light(
         (!points.is_empty()).then(|| Series { name: name.to_owned(), points })
     };
     let curves: Vec<Series> = roles.iter().filter_map(curve).collect();
-    error_curves(id, title, ("light, by the length of its side", "mean |shadow - truth|"), &curves)
+    if curves.is_empty() {
+        return Ok(None);
+    }
+    let labels = ("light, by the length of its side", "mean |shadow - truth|");
+    error_curves(id, title, labels, &curves).map(Some)
 }
