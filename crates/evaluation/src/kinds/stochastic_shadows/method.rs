@@ -50,9 +50,9 @@ pub struct StochasticSetting {
     /// In place of `planes`: so many where the visible receivers are, at even shares of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub receiver_planes: Option<usize>,
-    /// Side of the map where it is not that of the experiment.
+    /// Side of the map over that of the experiment's; 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub size: Option<u32>,
+    pub side: Option<f64>,
     /// Least rho in texels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub least_radius: Option<f64>,
@@ -94,6 +94,11 @@ impl StochasticSetting {
             box_filter: !self.every_sample,
             ..published
         }
+    }
+
+    /// Side of the map in an experiment whose maps have this side.
+    pub(super) fn size(&self, of_experiment: u32) -> u32 {
+        (self.side.unwrap_or(1.0) * f64::from(of_experiment)).round().clamp(1.0, f64::from(MAX_SIDE)) as u32
     }
 
     /// Whether another technique is filtered alike, so that both can share the work.
@@ -173,10 +178,10 @@ impl StochasticTechnique {
                 }
             }
         }
-        if let Some(size) = setting.size
-            && !(1..=MAX_SIDE).contains(&size)
+        if let Some(side) = setting.side
+            && !(1.0 / 64.0..=64.0).contains(&side)
         {
-            return fail(".stochastic.size", format!("size = {size} is not between 1 and {MAX_SIDE}"));
+            return fail(".stochastic.side", format!("side = {side} is not between 1/64 and 64"));
         }
         setting.filter().check().map_err(|error| {
             let key = format!("{place}.stochastic.{}", error.key);

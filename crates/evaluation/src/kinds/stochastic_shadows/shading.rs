@@ -99,7 +99,7 @@ impl<'a> LitFrame<'a> {
         traced: &mut Traced,
     ) -> Result<Group, EvaluationError> {
         let seed = self.experiment.scenery.seed;
-        let size = setting.size.unwrap_or(self.experiment.scenery.size);
+        let size = setting.size(self.experiment.scenery.size);
         let light = MappedLight::new(&self.scene, self.view.clone(), size)?;
         let depths = self.depths(setting);
         let distance = |depth: f64| light.frame.near + depth * light.frame.depth_range;
