@@ -264,3 +264,37 @@ fn functions_that_say_nothing_new_are_left_out_with_their_names() {
     assert!((find("z, z^2").l1_error - find("z, (z+1)^2").l1_error).abs() < 1e-6);
     assert!(find("z, z^2, (z+1)^2").reduced.contains("z+1"));
 }
+
+#[test]
+fn without_a_race_every_candidate_is_judged_on_all_fragments() {
+    let out = folder("exhaustive");
+    let whole = run(&out.join("one"), &["--exhaustive", "--threads", "1"]);
+    assert_eq!(records(&run(&out.join("two"), &["--exhaustive", "--threads", "2"])), records(&whole));
+    let stages = std::fs::read_to_string(whole.join("stages.csv")).unwrap();
+    // One block for each of three orders, nothing uncertified.
+    assert_eq!(stages.lines().count(), 4, "{stages}");
+    assert!(stages.lines().skip(1).all(|line| line.ends_with(",0")), "{stages}");
+    // Without a race all orders see the fragments that only the best see otherwise.
+    let seen = |text: &str| -> Vec<u64> {
+        text.lines().skip(1).map(|line| line.split(',').nth(2).unwrap().parse().unwrap()).collect()
+    };
+    let race = std::fs::read_to_string(run(&out.join("race"), &[]).join("stages.csv")).unwrap();
+    let blocks = seen(&race).len() / 3;
+    let all: u64 = seen(&race)[..blocks].iter().sum();
+    assert!(blocks > 1 && seen(&stages).iter().all(|&fragments| fragments == all), "{stages} {race}");
+    // In parts, killed and resumed.
+    let shards: Vec<PathBuf> =
+        (1..=2).map(|i| run(&out, &["--exhaustive", "--shard", &format!("{i}/2")])).collect();
+    let log = shards[1].join("checkpoint.log");
+    let written = std::fs::read(&log).unwrap();
+    std::fs::write(&log, &written[..written.len() / 2]).unwrap();
+    run(&out, &["--exhaustive", "--shard", "2/2", "--resume"]);
+    let text: Vec<&str> = shards.iter().map(|shard| shard.to_str().unwrap()).collect();
+    let merged = run(&out.join("merged"), &["--exhaustive", "--merge", text[0], "--merge", text[1]]);
+    assert_eq!(records(&merged), records(&whole));
+    // What a race has found is none of its business.
+    let attempt = |more: &[&str]| command(&experiment(), &out.join("refused"), more).output().unwrap();
+    refused(&attempt(&["--merge", text[0], "--merge", text[1]]), 2, &["another search"]);
+    let backend = command(&experiment(), &out, &["--backend", "gpu"]).output().unwrap();
+    assert_eq!(backend.status.code(), Some(2));
+}

@@ -3,7 +3,7 @@
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
 use clap::ValueEnum;
-use evaluation::{Build, Experiment, Prediction, Run, RunOptions, Scale, Shard};
+use evaluation::{Backend, Build, Experiment, Prediction, Run, RunOptions, Scale, Shard};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
@@ -37,11 +37,38 @@ pub(crate) struct Arguments {
     /// Run directory of a shard; give all of them to complete the run.
     #[arg(long, value_name = "DIR")]
     merge: Vec<PathBuf>,
+    /// Judge every candidate of a search on every fragment, without a race.
+    #[arg(long)]
+    exhaustive: bool,
+    /// What solves the linear programs of --exhaustive.
+    #[arg(long, value_enum, default_value = "cpu", requires = "exhaustive")]
+    backend: BackendName,
     /// Say what a search will cost, and stop.
     #[arg(long, conflicts_with_all = ["resume", "shard", "merge"])]
     dry_run: bool,
     #[command(flatten)]
     output: Output,
+}
+
+/// What solves linear programs.
+#[derive(Clone, Copy, ValueEnum)]
+enum BackendName {
+    /// The CPU.
+    Cpu,
+    /// A graphics processor with double precision.
+    Gpu,
+    /// A graphics processor if there is a fast one, else the CPU.
+    Auto,
+}
+
+impl From<BackendName> for Backend {
+    fn from(name: BackendName) -> Self {
+        match name {
+            BackendName::Cpu => Self::Cpu,
+            BackendName::Gpu => Self::Gpu,
+            BackendName::Auto => Self::Auto,
+        }
+    }
 }
 
 /// How much of an experiment.
@@ -79,12 +106,14 @@ struct Answer {
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let scale = Scale::from(arguments.scale);
     let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed)
-        .and_then(|experiment| experiment.with_scenes(&arguments.scenes))?;
+        .and_then(|experiment| experiment.with_scenes(&arguments.scenes))
+        .and_then(|experiment| if arguments.exhaustive { experiment.exhaustive() } else { Ok(experiment) })?;
+    let backend = Backend::from(arguments.backend);
     if arguments.dry_run {
-        let prediction = experiment.predict(arguments.threads)?;
+        let prediction = experiment.predict(arguments.threads, backend)?;
         return arguments.output.emit(&prediction, |out| describe(out, &prediction));
     }
-    let part = Part { resume: arguments.resume, shard: arguments.shard, merge: &arguments.merge };
+    let part = Part { resume: arguments.resume, shard: arguments.shard, merge: &arguments.merge, backend };
     let run = recorded(&experiment, scale, &arguments.out, arguments.threads, part)?;
     let written =
         if run.complete { ::report::page(&run.directory).and_then(|page| page.write())? } else { Vec::new() };
@@ -116,6 +145,7 @@ pub(crate) struct Part<'a> {
     pub resume: bool,
     pub shard: Option<Shard>,
     pub merge: &'a [PathBuf],
+    pub backend: Backend,
 }
 
 /// Runs an experiment with a progress bar.
@@ -124,13 +154,23 @@ pub(crate) fn recorded(
     scale: Scale,
     results: &Path,
     threads: Option<usize>,
-    Part { resume, shard, merge }: Part<'_>,
+    Part { resume, shard, merge, backend }: Part<'_>,
 ) -> Result<Run, Failure> {
     let bar = Bar::new("trials");
     let progress = |done: usize, total: usize| bar.set(done, total);
     let (build, command) = (build(), command_line());
-    let options =
-        RunOptions { results, scale, threads, resume, shard, merge, build, command, progress: &progress };
+    let options = RunOptions {
+        results,
+        scale,
+        threads,
+        resume,
+        shard,
+        merge,
+        backend,
+        build,
+        command,
+        progress: &progress,
+    };
     let run = experiment.run(&options)?;
     bar.finish();
     Ok(run)
@@ -140,13 +180,18 @@ fn describe(out: &mut dyn std::io::Write, prediction: &Prediction) -> std::io::R
     let p = prediction;
     writeln!(out, "candidates          {}", p.candidates)?;
     writeln!(out, "linear programs     {:.3e} on the first block", p.programs as f64)?;
-    writeln!(
-        out,
-        "                    {:.3e} on later blocks, if 1 in 50 stays in the race",
-        p.later_programs as f64
-    )?;
+    if p.later_programs > 0 {
+        let later = p.later_programs as f64;
+        writeln!(out, "                    {later:.3e} on later blocks, if 1 in 50 stays in the race")?;
+    }
     writeln!(out, "rate                {:.3e} a second on one thread, measured now", p.programs_per_second)?;
     writeln!(out, "time                {:.2} h on {} threads", p.hours, p.threads)?;
+    if let Some(card) = &p.card {
+        writeln!(out, "graphics processor  {}", card.adapter)?;
+        writeln!(out, "rate there          {:.3e} a second, measured now", card.programs_per_second)?;
+        writeln!(out, "left to the CPU     {:.4} %", 100.0 * card.exact)?;
+        writeln!(out, "time there          {:.3} h", card.hours)?;
+    }
     writeln!(out, "disk                {:.1} MB", p.disk_bytes as f64 / 1e6)
 }
 

@@ -18,6 +18,16 @@ pub fn timed_trial(name: String, test: impl FnOnce() -> Result<(), Failed> + Sen
     trial(name, timestamps, test)
 }
 
+/// The same for a test that needs double precision.
+#[allow(dead_code, reason = "not every test binary computes in double precision")]
+pub fn double_trial(name: String, test: impl FnOnce() -> Result<(), Failed> + Send + 'static) -> Trial {
+    let doubles = GraphicsDevice::shared().map_err(|error| error.to_string()).and_then(|gpu| {
+        let offered = gpu.adapter.features().contains(wgpu::Features::SHADER_F64);
+        if offered { Ok(()) } else { Err(format!("{} has no double precision", gpu.name)) }
+    });
+    trial(name, doubles, test)
+}
+
 fn trial(
     name: String,
     available: Result<(), String>,

@@ -9,7 +9,7 @@ use scenes::{Scene, load_scene};
 use shaders::FrameShaders;
 use shadow_filtering::{ChannelMap, Kernel, Technique, TechniqueSpec, comparison_shaders, filter, resolve};
 use shadow_renderer::{
-    DepthMap, FrameRenderer, FrameSettings, LightFrame, RenderError, Sampling, WHOLE_FRAME,
+    DepthMap, FrameRenderer, FrameSettings, LightFrame, RenderError, Route, Sampling, WHOLE_FRAME,
 };
 
 use quantization::NumberFormat;
@@ -25,15 +25,22 @@ const SETTINGS: FrameSettings = FrameSettings {
     mip_maps: true,
     bias: 0.002,
     leak_reduction: 0.0,
+    route: Route::Fragment,
 };
 
 pub fn trials() -> Vec<Trial> {
     let mut trials = Vec::new();
     for (name, spec) in techniques() {
         if spec.build().unwrap().channels() <= 8 {
-            trials.push(gpu_trial(format!("map::{name}"), move || filtered_map(&spec)));
+            trials.push(gpu_trial(format!("map::{name}"), {
+                let spec = spec.clone();
+                move || filtered_map(&spec)
+            }));
+            trials.push(gpu_trial(format!("compute::{name}"), move || compute_passes(&spec, &[])));
         }
     }
+    trials.push(gpu_trial("compute::comparison".into(), compute_comparison));
+    trials.push(gpu_trial("compute::planted_faults".into(), planted_faults));
     trials.push(gpu_trial("frame::shadows".into(), shadows));
     trials.push(gpu_trial("frame::stored".into(), stored));
     trials.push(timed_trial("frame::times".into(), times));
@@ -145,6 +152,101 @@ fn stored() -> Result<(), Failed> {
     Ok(())
 }
 
+/// Largest difference of two images, a share of the largest value.
+fn distance(a: &[f32], b: &[f32]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    let scale = a.iter().fold(0.0f32, |most, value| most.max(value.abs()));
+    let most =
+        a.iter().zip(b).fold(0.0f32, |most, (a, b)| if a == b { most } else { most.max((a - b).abs()) });
+    assert!(b.iter().all(|value| value.is_finite()));
+    f64::from(most) / f64::from(scale.max(f32::MIN_POSITIVE))
+}
+
+/// Compute passes with and without run-time checks against the fragment shaders: maps to a rounding of single floats, shadows
+/// of pixels but for few, where hardware picks mip levels and interpolates in its own digits.
+fn compute_passes(spec: &TechniqueSpec, faults: &[(usize, &str, &str)]) -> Result<(), Failed> {
+    let (scene, direction) = scene();
+    let technique = spec.build()?;
+    let renderer = FrameRenderer::new(&scene, direction)?;
+    // A side that no tile divides, and kernels that reach over a tile's edge.
+    for (map_size, kernel) in [(256, 9), (200, 21), (64, 65)] {
+        let kernel = Kernel::gaussian(kernel, 0.27 * kernel as f64)?;
+        let mut passes = technique.passes(&kernel, 4).ok_or("no passes")?;
+        let settings = FrameSettings { map_size, mip_maps: map_size != 200, ..SETTINGS };
+        let fragment = renderer.render(&passes, &settings)?;
+        let FrameShaders::Prefiltered { compute, .. } = &mut passes else { return Err("no map".into()) };
+        for (pass, from, to) in faults {
+            let module = [&mut compute.resolve, &mut compute.rows, &mut compute.columns, &mut compute.shade]
+                .into_iter()
+                .chain(&mut compute.halve)
+                .nth(*pass)
+                .ok_or("no such pass")?;
+            assert!(module.contains(from), "the fault `{from}` is not in the shader");
+            *module = module.replace(from, to);
+        }
+        for route in [Route::Compute, Route::Unchecked] {
+            let found = renderer.render(&passes, &FrameSettings { route, ..settings })?;
+            let what = format!("{} {map_size}, {route:?}", technique.name());
+            if let (Some(a), Some(b)) = (&fragment.filtered, &found.filtered) {
+                let most = distance(a, b);
+                if most > MAP_DISTANCE {
+                    return Err(format!("{what}: maps differ by {most:.1e}").into());
+                }
+            }
+            let pairs = fragment.shadow.iter().zip(&found.shadow);
+            let far = pairs.filter(|(a, b)| (*a - *b).abs() > SHADOW_DISTANCE).count();
+            println!("{what}: {far} of {} shadows differ", fragment.shadow.len());
+            if far * SHADOWS_APART > fragment.shadow.len() {
+                return Err(format!("{what}: {far} shadows differ").into());
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Maps of both routes: sums of up to 65 products in single floats.
+const MAP_DISTANCE: f64 = 2e-6;
+
+/// Shadows of both routes that count as equal.
+const SHADOW_DISTANCE: f32 = 0.01;
+
+/// One in so many shadows may differ more: derivatives of quads at edges of surfaces, where hardware takes what lies outside.
+const SHADOWS_APART: usize = 50;
+
+fn compute_comparison() -> Result<(), Failed> {
+    let (scene, direction) = scene();
+    let renderer = FrameRenderer::new(&scene, direction)?;
+    let shaders = comparison_shaders(&Kernel::gaussian(9, 2.4)?, 0.05);
+    let fragment = renderer.render(&shaders, &SETTINGS)?;
+    for route in [Route::Compute, Route::Unchecked] {
+        let found = renderer.render(&shaders, &FrameSettings { route, ..SETTINGS })?;
+        let most = distance(&fragment.shadow, &found.shadow);
+        if most > 1e-5 {
+            return Err(format!("{route:?}: shadows differ by {most:.1e}").into());
+        }
+    }
+    Ok(())
+}
+
+/// A tile that is off by a texel, one that is too short, a level that takes the wrong neighbours, swapped derivatives.
+fn planted_faults() -> Result<(), Failed> {
+    let spec = TechniqueSpec::named("hamburger4")?;
+    for fault in [
+        (1, "- AXIS * i32(SIZE / 2u)", "- AXIS * i32(SIZE / 2u - 1u)"),
+        (2, "- AXIS * i32(SIZE / 2u)", "- AXIS * i32(SIZE / 2u - 1u)"),
+        (1, "i < TILE * ACROSS", "i < (TILE - 1u) * ACROSS"),
+        (2, "first + place_of(i)", "first + place_of(i).yx"),
+        (7, "level[thread + 8u * step]", "level[thread + 7u * step]"),
+        (0, "1.0 / f32(SAMPLES)", "1.0 / f32(SAMPLES + 1)"),
+        (3, "- light.towards.w", "+ light.towards.w"),
+    ] {
+        if compute_passes(&spec, &[fault]).is_ok() {
+            return Err(format!("the comparison missed {fault:?}").into());
+        }
+    }
+    Ok(())
+}
+
 /// Every pass is timed or none is; passes do not overlap, so that they fill the frame.
 fn times() -> Result<(), Failed> {
     let (scene, direction) = scene();
@@ -157,19 +259,22 @@ fn times() -> Result<(), Failed> {
     for (shaders, expected) in
         [(&prefiltered, &passes[..]), (&comparison, &["shadow map", "surfaces", "shade"])]
     {
-        let times = renderer.time(shaders, &SETTINGS, Duration::from_millis(5), 3)?;
-        let (whole, parts) = times.split_last().ok_or("the adapter has no timestamps")?;
-        assert_eq!(whole.pass, WHOLE_FRAME);
-        assert_eq!(parts.iter().map(|pass| pass.pass).collect::<Vec<_>>(), expected);
-        assert!(times.iter().all(|pass| pass.times.len() == 3), "{times:?}");
-        for frame in 0..3 {
-            let sum: Duration = parts.iter().map(|pass| pass.times[frame]).sum();
-            // The clock may tick once in each pass.
-            assert!(
-                sum <= whole.times[frame] + Duration::from_micros(8),
-                "{sum:?} of {:?}",
-                whole.times[frame]
-            );
+        for route in [Route::Fragment, Route::Compute] {
+            let settings = FrameSettings { route, ..SETTINGS };
+            let times = renderer.time(shaders, &settings, Duration::from_millis(5), 3)?;
+            let (whole, parts) = times.split_last().ok_or("the adapter has no timestamps")?;
+            assert_eq!(whole.pass, WHOLE_FRAME);
+            assert_eq!(parts.iter().map(|pass| pass.pass).collect::<Vec<_>>(), expected);
+            assert!(times.iter().all(|pass| pass.times.len() == 3), "{times:?}");
+            for frame in 0..3 {
+                let sum: Duration = parts.iter().map(|pass| pass.times[frame]).sum();
+                // The clock may tick once in each pass.
+                assert!(
+                    sum <= whole.times[frame] + Duration::from_micros(8),
+                    "{sum:?} of {:?}",
+                    whole.times[frame]
+                );
+            }
         }
     }
     Ok(())

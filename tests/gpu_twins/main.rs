@@ -13,6 +13,7 @@ mod fragments;
 mod frames;
 mod modules;
 mod pairwise;
+mod search;
 mod soft_shadow_faults;
 mod soft_shadows;
 
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
     trials.extend(frames::trials());
     trials.extend(pairwise::trials());
     trials.extend(soft_shadows::trials());
+    trials.push(search::trial());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()
 }

@@ -26,7 +26,7 @@ const PREFIX_SUMS: [&str; 4] = [
     "+ ((a * b) >> 31u)=>+ 3u",
     "running = totals[thread - 1u]=>running = totals[thread]",
     "distance < THREADS=>distance < THREADS / 2u",
-    "sum = sum + table=>sum = table",
+    "running = running + part_sums=>running = part_sums",
 ];
 
 /// Of powers that a transform stores.

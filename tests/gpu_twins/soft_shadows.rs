@@ -272,7 +272,7 @@ pub(super) fn prefix_sums(technique: &Reconstruction<f64>, fault: &str) -> Resul
         ];
         let line = size[0] * channels;
         let passes =
-            [(source.as_str(), "rows", size[1] as u32), (&source, "columns", (line as u32).div_ceil(64))];
+            [(source.as_str(), "rows", size[1] as u32), (&source, "columns", (line as u32).div_ceil(16))];
         let found: Vec<u32> = compute::run(&passes, &resources, 1)?;
         let field = field(&map, technique)?;
         let expected = field.table().prefix_sums();

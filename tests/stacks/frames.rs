@@ -18,7 +18,7 @@ pub fn trials() -> Vec<Trial> {
 /// A square casting its shadow straight down onto a plane.
 fn ground_and_shadow() -> Result<(), Failed> {
     let mut scene = scene_of(&[ground(4.0, 0.0), ground(1.0, 2.0)].concat());
-    scene.camera = Camera { eye: [0.0, 6.0, 7.0], target: [0.0; 3], vertical_fov: 0.9 };
+    scene.camera = Camera::new([0.0, 6.0, 7.0], [0.0; 3], 0.9);
     let down = [0.0, -1.0, 0.0];
     let frame = Frame::render(&scene, 160, 120)?;
     let (stack, report) = render_stack(&scene, down, 256, 256, Backend::Cpu)?;
@@ -66,7 +66,7 @@ fn clipped_by_the_camera() -> Result<(), Failed> {
         vertex.normal = [0.0; 3]; // falls back to the geometric normal
     }
     for target in [[1.0, 0.2, 0.3], [-4.9, 0.0, 0.0], [0.1, 4.0, 0.0], [0.0, -1.0, 0.0], [-3.0, -2.0, 4.0]] {
-        scene.camera = Camera { eye: [0.3, -0.4, 0.2], target, vertical_fov: 1.8 };
+        scene.camera = Camera::new([0.3, -0.4, 0.2], target, 1.8);
         let frame = Frame::render(&scene, 101, 67)?;
         assert!(frame.covered().all(|c| c), "looking at {target:?}");
         for (p, n) in frame.position.iter().zip(&frame.normal) {

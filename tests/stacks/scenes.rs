@@ -39,10 +39,10 @@ pub fn scene_of(corners: &[[f32; 3]]) -> Scene {
         vertices: corners.iter().map(vertex).collect(),
         triangles: (0..count).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
         triangle_material: vec![0; count as usize],
-        materials: vec![Material { name: "grey".into(), albedo: [0.5; 3], mask: None }],
+        materials: vec![Material::plain("grey", [0.5; 3])],
         views: vec![LightView::directional("sun", SLANTED)],
-        camera: Camera { eye: [4.0, 3.0, 5.0], target: [0.0; 3], vertical_fov: 0.8 },
-        degenerate_triangles: 0,
+        camera: Camera::new([4.0, 3.0, 5.0], [0.0; 3], 0.8),
+        ..Scene::default()
     }
 }
 
@@ -91,7 +91,7 @@ pub fn soup(count: usize, random: &mut Random) -> Vec<[f32; 3]> {
 pub fn masked(mut scene: Scene, width: u32, height: u32, random: &mut Random) -> Scene {
     let alpha = (0..width * height).map(|_| (255.0 * random.unit()) as u8).collect();
     let mask = AlphaMask { width, height, alpha, cutoff: 128 };
-    scene.materials.push(Material { name: "leaf".into(), albedo: [0.5; 3], mask: Some(Arc::new(mask)) });
+    scene.materials.push(Material { mask: Some(Arc::new(mask)), ..Material::plain("leaf", [0.5; 3]) });
     for (i, material) in scene.triangle_material.iter_mut().enumerate() {
         *material = u32::from(i % 3 != 0); // some stay solid
     }

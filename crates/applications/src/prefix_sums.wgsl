@@ -1,4 +1,5 @@
-// A summed-area table in two passes of wrapping sums: along the rows, a workgroup each, then down the columns, a thread each.
+// A summed-area table in two passes of wrapping sums: along the rows, a workgroup each, then down the columns, a workgroup for
+// sixteen.
 
 @group(0) @binding(0) var depths: texture_2d<f32>;
 @group(0) @binding(1) var<storage, read_write> table: array<u32>;
@@ -127,17 +128,35 @@ fn rows(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
     }
 }
 
-@compute @workgroup_size(64)
-fn columns(@builtin(global_invocation_id) id: vec3<u32>) {
+const COLUMNS: u32 = 16u;
+const PARTS: u32 = 16u;
+const PART: u32 = (HEIGHT + PARTS - 1u) / PARTS;
+
+var<workgroup> part_sums: array<u32, PARTS * COLUMNS>;
+
+// A workgroup takes neighbouring columns, and each thread a part of one: its sum, then those of the parts above, then prefixes.
+@compute @workgroup_size(COLUMNS, PARTS)
+fn columns(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+) {
     let line = WIDTH * CHANNELS;
-    if id.x >= line {
-        return;
-    }
-    // No constant: a loop over all rows is not to be written out.
-    let height = HEIGHT;
+    let column = group.x * COLUMNS + local.x;
+    let counts = column < line;
+    let start = min(local.y * PART, HEIGHT);
+    let end = select(start, min(start + PART, HEIGHT), counts);
     var sum = 0u;
-    for (var y = 0u; y < height; y++) {
-        sum = sum + table[y * line + id.x];
-        table[y * line + id.x] = sum;
+    for (var y = start; y < end; y++) {
+        sum = sum + table[y * line + column];
+    }
+    part_sums[local.y * COLUMNS + local.x] = sum;
+    workgroupBarrier();
+    var running = 0u;
+    for (var part = 0u; part < local.y; part++) {
+        running = running + part_sums[part * COLUMNS + local.x];
+    }
+    for (var y = start; y < end; y++) {
+        running = running + table[y * line + column];
+        table[y * line + column] = running;
     }
 }

@@ -1,7 +1,8 @@
 //! What `msm render` answers: one JSON object, or the same as lines.
 
 use graphics_device::AdapterName;
-use scenes::{AreaLight, LightView, Scene};
+use scenes::vector::dot;
+use scenes::{AreaLight, LightView, Scene, Warning};
 use serde::Serialize;
 use shadow_renderer::{RenderReport, ShadowMapStack};
 use std::io::{self, Write};
@@ -29,6 +30,17 @@ pub(super) struct Answer {
     degenerate_on_map: usize,
     fragments: usize,
     covered_texels: usize,
+    /// Of those, the ones where the first surface has another behind it.
+    shadowing_texels: usize,
+    /// Least and greatest coordinates of what the file shows, without added ground.
+    bounds: [[f64; 3]; 2],
+    /// The file's animations, and the one whose pose is shown.
+    animations: Vec<String>,
+    animation: Option<String>,
+    /// Cameras of the file.
+    cameras: Vec<String>,
+    /// What the file asks for and does not get.
+    warnings: Vec<Warning>,
     layers: Layers,
     light_frame: Light,
     time_ms: Times,
@@ -108,6 +120,11 @@ pub(super) fn answer(
 ) -> Answer {
     let statistics = stack.layer_statistics();
     let (frame, times) = (report.frame, report.times);
+    // The scene's positions are relative to its origin; the answer's are the file's.
+    let origin = scene.origin;
+    let world = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] + origin[k]);
+    let from_origin = |axis: [f64; 3]| if frame.eye.is_some() { 0.0 } else { dot(origin, axis) };
+    let light = light.relative_to(origin.map(|c| -c));
     Answer {
         scene: scene.name.clone(),
         view: light.name,
@@ -123,15 +140,24 @@ pub(super) fn answer(
         degenerate_on_map: report.degenerate_triangles,
         fragments: report.fragments,
         covered_texels: statistics.covered_texels,
+        shadowing_texels: stack.offsets.windows(2).filter(|pair| pair[1] - pair[0] > 1).count(),
+        bounds: scene.bounds.map(world),
+        animations: scene.animations.clone(),
+        animation: scene.animation.clone(),
+        cameras: scene.cameras.iter().map(|camera| camera.name.clone()).collect(),
+        warnings: scene.warnings.clone(),
         layers: Layers { mean: statistics.mean, p95: statistics.p95, max: statistics.max },
         light_frame: Light {
             right: frame.right,
             down: frame.down,
             forward: frame.forward,
-            eye: frame.eye,
+            eye: frame.eye.map(world),
             texels_per_unit: frame.texels_per_unit,
-            origin_texel: frame.origin_texel,
-            near: frame.near,
+            origin_texel: [
+                frame.origin_texel[0] - frame.texels_per_unit[0] * from_origin(frame.right),
+                frame.origin_texel[1] - frame.texels_per_unit[1] * from_origin(frame.down),
+            ],
+            near: frame.near + from_origin(frame.forward),
             depth_range: frame.depth_range,
         },
         time_ms: Times {
@@ -164,8 +190,8 @@ pub(super) fn write_table(out: &mut dyn Write, answer: &Answer) -> io::Result<()
     )?;
     writeln!(
         out,
-        "fragments  {} on {} of {}x{} texels",
-        answer.fragments, answer.covered_texels, answer.width, answer.height
+        "fragments  {} on {} of {}x{} texels, {} of them with another surface behind the first",
+        answer.fragments, answer.covered_texels, answer.width, answer.height, answer.shadowing_texels
     )?;
     let Layers { mean, p95, max } = answer.layers;
     writeln!(out, "layers     mean {mean:.2}, p95 {p95}, max {max}")?;
@@ -191,6 +217,7 @@ pub(super) fn write_table(out: &mut dyn Write, answer: &Answer) -> io::Result<()
         if answer.adapter.is_some() { "" } else { " (raster, group, sort: sums over threads)" }
     )?;
     writeln!(out, "write      {:.1} ms, pictures included", t.pictures_and_files)?;
+    answer.warnings.iter().try_for_each(|warning| writeln!(out, "warning    {warning}"))?;
     let files = &answer.files;
     [&files.stack, &files.depth, &files.layers, &files.scene].iter().try_for_each(|f| writeln!(out, "  {f}"))
 }

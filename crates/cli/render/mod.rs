@@ -8,7 +8,9 @@ use crate::staging::Staging;
 use answer::{Files, answer, write_table};
 use anyhow::{Context, anyhow};
 use clap::ValueEnum;
-use scenes::{AreaLight, LightView, Scene, SceneError, load_scene, procedural, read_views};
+use scenes::{
+    AreaLight, LightView, LoadOptions, PoseChoice, Scene, SceneError, load_with_files, procedural, read_views,
+};
 use shadow_renderer::{
     Backend, Frame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_view,
 };
@@ -49,11 +51,45 @@ pub(crate) struct Arguments {
     /// Folder for the files; created where it is missing. Files of the same name are replaced.
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
+    #[command(flatten)]
+    file: FileArguments,
+    /// Camera of the file for the picture, in place of its first one or of one that shows all.
+    #[arg(long, value_name = "NAME")]
+    camera: Option<String>,
+    /// The picture in plain grey, so that shadows stand out from busy textures.
+    #[arg(long)]
+    plain: bool,
     /// Seed of a procedural scene in place of its usual one.
     #[arg(long)]
     seed: Option<u64>,
     #[command(flatten)]
     output: Output,
+}
+
+/// How scene files are read.
+#[derive(clap::Args)]
+struct FileArguments {
+    /// Animation of a glTF file by name or number, none for the pose that the file stores. Without this its only one; several
+    /// are clips to choose from, of which none is shown.
+    #[arg(long, value_name = "NAME")]
+    animation: Option<String>,
+    /// Time of the animation, or of the first one, in seconds; before its first frame and after its last it stands still.
+    /// Without this its first frame.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    time: Option<f64>,
+    /// Refuse a file with whatever would otherwise be a warning.
+    #[arg(long)]
+    strict: bool,
+}
+
+impl FileArguments {
+    fn options(&self) -> Result<LoadOptions, Failure> {
+        if let Some(time) = self.time.filter(|time| !time.is_finite()) {
+            return Err(Failure::Input(anyhow!("--time: {time} is no time")));
+        }
+        let pose = PoseChoice { animation: self.animation.clone(), time: self.time };
+        Ok(LoadOptions { pose, strict: self.strict })
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -101,27 +137,37 @@ fn render_failure(error: RenderError) -> Failure {
 impl Arguments {
     fn load(&self) -> Result<Scene, Failure> {
         let mut scene = match self.seed {
-            None => load_scene(&self.scene).map_err(scene_failure)?,
+            None => load_with_files(&self.scene, &self.file.options()?).map_err(scene_failure)?.0,
             Some(seed) => procedural(&self.scene, seed).ok_or_else(|| {
                 let known = procedural::NAMES.join(", ");
                 Failure::Input(anyhow!("--seed: `{}` is no procedural scene ({known})", self.scene))
             })?,
         };
         if let Some(path) = &self.views {
-            scene.views = read_views(path).map_err(scene_failure)?;
+            let views = read_views(path).map_err(scene_failure)?;
+            scene.views = views.into_iter().map(|view| view.relative_to(scene.origin)).collect();
+        }
+        if let Some(wanted) = &self.camera {
+            let found = scene.cameras.iter().find(|camera| camera.name == *wanted);
+            scene.camera = found.map(|found| found.camera).ok_or_else(|| {
+                let names: Vec<&str> = scene.cameras.iter().map(|camera| camera.name.as_str()).collect();
+                let known = if names.is_empty() { "it has none".to_owned() } else { names.join(", ") };
+                Failure::Input(anyhow!("--camera: `{wanted}` is no camera of this file ({known})"))
+            })?;
         }
         Ok(scene)
     }
 
     /// The light that was asked for, a local one by itself, others along a view.
-    fn light(&self, views: &[LightView]) -> Result<LightView, Failure> {
+    fn light(&self, scene: &Scene) -> Result<LightView, Failure> {
+        let views = &scene.views[..];
         let Some(light) = self.light else { return self.view(views) };
         if light.front().is_none() {
             let along = self.view(views)?;
             return Ok(LightView::new(format!("{} {light}", along.name), light, along.direction));
         }
         match &self.view {
-            None => Ok(LightView::new(light.to_string(), light, [0.0; 3])),
+            None => Ok(LightView::new(light.to_string(), light, [0.0; 3]).relative_to(scene.origin)),
             Some(view) => {
                 Err(Failure::Input(anyhow!("--view {view}: the light `{light}` shines along U x V")))
             }
@@ -171,7 +217,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     spinner.step("loading the scene");
     let begin = Instant::now();
     let scene = arguments.load()?;
-    let light = arguments.light(&scene.views)?;
+    let light = arguments.light(&scene)?;
     let load = begin.elapsed();
 
     let base = format!("{}-{}", name_part(&scene.name), name_part(&light.name));
@@ -191,7 +237,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
     spinner.step("writing the stack and pictures");
     let writing = Instant::now();
-    write(&staging, &names, &scene, &light, &stack, &report)?;
+    write(&staging, &names, &scene, &light, &stack, &report, arguments.plain)?;
     let files = staging.publish(&names)?;
     let pictures_and_files = writing.elapsed();
     drop(spinner);
@@ -209,12 +255,16 @@ fn write(
     light: &LightView,
     stack: &ShadowMapStack,
     report: &RenderReport,
+    plain: bool,
 ) -> Result<(), Failure> {
     stack.save(&staging.path(stack_name)).map_err(render_failure)?;
     // One after another: at the largest size each takes 200 MB.
     pictures::depth_image(stack).save(staging.path(depth)).with_context(|| depth.clone())?;
     pictures::layer_count_image(stack).save(staging.path(layers)).with_context(|| layers.clone())?;
-    let frame = Frame::render(scene, PICTURE[0], PICTURE[1]).map_err(render_failure)?;
+    let mut frame = Frame::render(scene, PICTURE[0], PICTURE[1]).map_err(render_failure)?;
+    if plain {
+        frame.paint_plain();
+    }
     let visibility = frame.hard_shadow(stack, &report.frame);
     let shaded = frame.shade(light, &visibility);
     Ok(shaded.save(staging.path(picture)).with_context(|| picture.clone())?)

@@ -20,7 +20,7 @@ mod timing;
 
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
-pub use experiment::{Alphas, Experiment, Prediction, Scale};
+pub use experiment::{Alphas, CardPrediction, Experiment, Prediction, Scale};
 pub use fragments::{ReferenceRecord, SceneSettings, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
@@ -45,7 +45,7 @@ pub use kinds::soft_shadows::{
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
+    EveryViewSetting, FrameRoute, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
     PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
@@ -66,7 +66,7 @@ pub use moment_problem::MomentBound;
 pub use pictures::PICTURE_GAP;
 pub use provenance::{Build, Provenance, logical_cores};
 pub use role::{Role, with_role};
-pub use run::{Progress, Run, RunOptions};
+pub use run::{Backend, Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;

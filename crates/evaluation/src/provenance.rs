@@ -57,7 +57,7 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 pub(crate) fn input_hashes(scenes: &[String]) -> BTreeMap<String, String> {
     let mut files: Vec<PathBuf> = Vec::new();
     for scene in scenes {
-        let read = match scenes::load_with_files(scene) {
+        let read = match scenes::load_with_files(scene, &scenes::LoadOptions::default()) {
             Ok((_, read)) => read,
             // A stack of depths.
             Err(_) => vec![PathBuf::from(scene)],

@@ -11,6 +11,18 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime};
 
+/// What solves the linear programs of a search without race.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Backend {
+    /// The CPU.
+    #[default]
+    Cpu,
+    /// A graphics processor with double precision; without one the run fails.
+    Gpu,
+    /// A graphics processor if there is a fast one, else the CPU.
+    Auto,
+}
+
 /// Called with trials done and trials in all, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(usize, usize) + Sync);
 
@@ -28,6 +40,8 @@ pub struct RunOptions<'a> {
     pub shard: Option<Shard>,
     /// Directories of all shards of a search, to be completed.
     pub merge: &'a [PathBuf],
+    /// What solves linear programs.
+    pub backend: Backend,
     /// The code that runs.
     pub build: Build,
     /// The command line, for the provenance.
@@ -82,6 +96,7 @@ impl Experiment {
             directory: directory.path(),
             shard: options.shard,
             merge: options.merge,
+            backend: options.backend,
             identity: self.identity(&options.build),
         };
         let result = pool.install(|| self.settings.run(&context));
@@ -151,9 +166,9 @@ impl Experiment {
     ///
     /// # Errors
     /// As [`Experiment::run`]; [`EvaluationError::Value`] for experiments of another kind.
-    pub fn predict(&self, threads: Option<usize>) -> Result<Prediction, EvaluationError> {
+    pub fn predict(&self, threads: Option<usize>, backend: Backend) -> Result<Prediction, EvaluationError> {
         let (threads, pool) = pool(threads)?;
-        let prediction = pool.install(|| self.settings.predict(threads));
+        let prediction = pool.install(|| self.settings.predict(threads, backend));
         prediction.unwrap_or_else(|| Err(self.refused("--dry-run")))
     }
 
@@ -175,7 +190,7 @@ impl Experiment {
         }
     }
 
-    fn refused(&self, option: &str) -> EvaluationError {
+    pub(crate) fn refused(&self, option: &str) -> EvaluationError {
         let (name, kind) = (&self.name, self.kind_name());
         EvaluationError::Value(format!("{option} is not for experiments of kind \"{kind}\" such as `{name}`"))
     }

@@ -13,6 +13,12 @@ impl Running {
         self.add_repeated(value, 1.0);
     }
 
+    /// From a count, the sum of the values and that of their squares.
+    pub(crate) fn of(count: f64, sum: f64, squares: f64) -> Self {
+        let mean = if count > 0.0 { sum / count } else { 0.0 };
+        Self { count, mean, squares: (squares - sum * mean).max(0.0) }
+    }
+
     /// The same value several times.
     pub(crate) fn add_repeated(&mut self, value: f64, count: f64) {
         let before = self.count;

@@ -3,6 +3,7 @@
 use crate::error::EvaluationError;
 use graphics_device::AdapterName;
 use serde::{Deserialize, Serialize};
+use shadow_renderer::DeviceLimits;
 use std::time::Instant;
 
 /// One row of samples.csv: a timing on one thread.
@@ -67,6 +68,12 @@ pub struct GpuRecord {
     pub skipped: usize,
     /// The last of these, with the reason.
     pub last_skipped: String,
+    /// Bytes read and written in a second by a copy, in the same run; empty where it was not measured.
+    #[serde(default)]
+    pub bytes_per_second: Option<f64>,
+    /// Fused multiply-adds of single floats in a second by compute shaders.
+    #[serde(default)]
+    pub multiply_adds_per_second: Option<f64>,
 }
 
 impl GpuRecord {
@@ -79,6 +86,13 @@ impl GpuRecord {
             api: adapter.api.clone(),
             ..Self::default()
         }
+    }
+
+    /// Measures what it can do at most; nothing is known where that fails.
+    pub(crate) fn measure_limits(&mut self) {
+        let limits = DeviceLimits::measure().ok().flatten();
+        self.bytes_per_second = limits.map(|limits| limits.bytes_per_second);
+        self.multiply_adds_per_second = limits.map(|limits| limits.multiply_adds_per_second);
     }
 
     /// Whether its times say nothing about graphics processors.

@@ -55,6 +55,14 @@ impl GraphicsDevice {
         })
     }
 
+    /// The same with all limits of the adapter, the number of storage bindings of a stage among them.
+    ///
+    /// # Errors
+    /// As [`GraphicsDevice::open`].
+    pub fn open_whole(wanted: wgpu::Features) -> Result<Self, DeviceError> {
+        Self::with_limits(wanted, wgpu::Adapter::limits)
+    }
+
     fn with_limits(
         wanted: wgpu::Features,
         limits: impl FnOnce(&wgpu::Adapter) -> wgpu::Limits,
@@ -160,6 +168,19 @@ impl GraphicsDevice {
     pub fn shader(&self, source: &str) -> wgpu::ShaderModule {
         let source = wgpu::ShaderSource::Wgsl(source.into());
         self.device.create_shader_module(wgpu::ShaderModuleDescriptor { label: None, source })
+    }
+
+    /// A module without the checks that keep indices in range and loops from running for ever: on some processors they take
+    /// as long as the work itself.
+    ///
+    /// # Safety
+    /// Every index must be in range and every loop must end, whatever the resources hold.
+    pub unsafe fn shader_unchecked(&self, source: &str) -> wgpu::ShaderModule {
+        let source = wgpu::ShaderSource::Wgsl(source.into());
+        let descriptor = wgpu::ShaderModuleDescriptor { label: None, source };
+        let checks = wgpu::ShaderRuntimeChecks::unchecked();
+        // SAFETY: the caller vouches for indices and loops.
+        unsafe { self.device.create_shader_module_trusted(descriptor, checks) }
     }
 
     /// The values of level 0 of `texture`, which needs the usage `COPY_SRC`, row by row.

@@ -55,6 +55,22 @@ impl PassTimer {
         wgpu::RenderPassTimestampWrites { beginning_of_pass_write_index: None, ..writes }
     }
 
+    /// [`PassTimer::compute_writes`] for one of `count` passes that count as one; none between the first and the last.
+    pub fn compute_part(
+        &self,
+        pass: u32,
+        part: usize,
+        count: usize,
+    ) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        let whole = self.compute_writes(pass);
+        let (is_first, is_last) = (part == 0, part + 1 == count);
+        (is_first || is_last).then(|| wgpu::ComputePassTimestampWrites {
+            beginning_of_pass_write_index: whole.beginning_of_pass_write_index.filter(|_| is_first),
+            end_of_pass_write_index: whole.end_of_pass_write_index.filter(|_| is_last),
+            ..whole
+        })
+    }
+
     /// Makes the timestamps of the first `passes` passes readable, and of no others: a driver may wait for ever for a timestamp that nothing writes.
     pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder, passes: usize) {
         encoder.resolve_query_set(&self.queries, 0..2 * passes as u32, &self.resolved, 0);

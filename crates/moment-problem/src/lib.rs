@@ -11,6 +11,7 @@
 //!   [`Hausdorff4`], [`Trigonometric4`], [`Markov`]) and, for any basis on \[0, 1\], [`ExchangeSimplex`] and
 //!   [`LinearProgram`].
 //! - [`fast_simplex`]: the same program on one finite support for millions of kernels, certified.
+//! - [`lane_simplex`]: the same for up to four functions with one program in each lane of a vector, the fastest.
 //! - [`hamburger`], [`hausdorff`], [`trigonometric`], [`markov`]: the same closed forms as plain functions over `f32`,
 //!   `f64` or [`arithmetic::DoubleDouble`]; [`textbook`]: as published, for comparison.
 //! - [`MomentBound`]: the closed forms that shadow maps use, with all that is known of each.
@@ -39,6 +40,10 @@
 //! # Ok::<(), moment_problem::MomentError>(())
 //! ```
 
+// What unit tests share with the others names the crate.
+#[cfg(test)]
+extern crate self as moment_problem;
+
 pub mod arithmetic;
 mod basis;
 mod certified;
@@ -47,6 +52,7 @@ pub mod dense;
 mod distribution;
 mod error;
 pub mod fast_simplex;
+pub mod lane_simplex;
 
 pub use basis::{Basis, BasisFunction, FunctionKind, MAX_FUNCTIONS};
 pub use certified::{BoundMethod, ExchangeSimplex, LinearProgram, LpSolver, Solver, method};

@@ -1,43 +1,17 @@
 //! The fast solver against the double-double route, against its own certificates, and against theorems.
 #![allow(clippy::unwrap_used)]
 
+mod programs;
+
 use moment_problem::fast_simplex::{
     FastFragment, FastSimplex, FastSolution, FunctionTable, SupportColumns, SupportDistribution,
     reference_bound,
 };
 use moment_problem::{Basis, BasisFunction, Hausdorff4, LowerBound, LpSolver};
+use programs::workload;
 
 const CELLS: usize = 64;
 const TOLERANCE: f64 = 1e-6;
-
-/// Kernels of one to seven clusters, from a single depth to half of the interval wide, and fragments at all kinds of
-/// depths, in ascending order of depth.
-fn workload(seed: u64, count: usize) -> (Vec<SupportDistribution>, Vec<FastFragment>) {
-    let mut state = seed;
-    let mut unit = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let mut scratch = Vec::new();
-    let mut kernels = Vec::new();
-    let mut fragments = Vec::new();
-    for kernel in 0..count {
-        let clusters = 1 + (7.0 * unit()) as usize;
-        let width = 0.5 * unit().powi(4);
-        let centres: Vec<f64> = (0..clusters).map(|_| unit()).collect();
-        let taps: Vec<(f64, f64)> =
-            (0..25).map(|i| (centres[i % clusters] + width * (unit() - 0.5), 1.0 / 25.0)).collect();
-        let distribution = SupportDistribution::snapped(taps.iter().copied(), CELLS, &mut scratch);
-        for depth in [unit(), taps[3].0, taps[7].0 + 1.0 / CELLS as f64] {
-            let step = (depth.clamp(0.0, 1.0) * CELLS as f64).round() as u16;
-            fragments.push(FastFragment { kernel: kernel as u32, step, mass_before: distribution.cdf(step) });
-        }
-        kernels.push(distribution);
-    }
-    fragments.retain(|fragment| fragment.mass_before > 0.0);
-    fragments.sort_by_key(|fragment| fragment.step);
-    (kernels, fragments)
-}
 
 fn table(functions: &[BasisFunction]) -> FunctionTable {
     FunctionTable::new(functions, &FunctionTable::uniform_depths(CELLS)).unwrap()
@@ -57,7 +31,7 @@ fn bases() -> Vec<Vec<usize>> {
 #[test]
 fn bounds_are_those_of_the_double_double_route_for_every_size() {
     let table = table(&Basis::default_family());
-    let (kernels, fragments) = workload(1, 40);
+    let (kernels, fragments) = workload(CELLS, 1, 40);
     for basis in bases() {
         let columns = SupportColumns::new(&table, &basis).unwrap();
         let solution = FastSimplex::new(&columns, TOLERANCE).solve(&kernels, &fragments);
@@ -111,7 +85,7 @@ fn check_certificates(
 #[test]
 fn every_bound_follows_from_its_certificate() {
     let table = table(&Basis::default_family());
-    let (kernels, fragments) = workload(2, 60);
+    let (kernels, fragments) = workload(CELLS, 2, 60);
     for basis in bases() {
         let columns = SupportColumns::new(&table, &basis).unwrap();
         let mut solution = FastSimplex::new(&columns, TOLERANCE).solve(&kernels, &fragments);
@@ -128,7 +102,7 @@ fn every_bound_follows_from_its_certificate() {
 #[test]
 fn vector_width_start_and_order_change_nothing_that_matters() {
     let table = table(&Basis::default_family());
-    let (kernels, fragments) = workload(3, 60);
+    let (kernels, fragments) = workload(CELLS, 3, 60);
     for basis in bases() {
         let columns = SupportColumns::new(&table, &basis).unwrap();
         let solver = FastSimplex::new(&columns, TOLERANCE);
@@ -162,7 +136,7 @@ fn more_functions_never_lower_a_bound_and_dependent_ones_change_none() {
     let functions: Vec<BasisFunction> =
         ["z", "z^2", "sin(3pi z)", "exp(-2z)", "(z+1)^2"].map(|f| f.parse().unwrap()).into();
     let table = table(&functions);
-    let (kernels, fragments) = workload(4, 80);
+    let (kernels, fragments) = workload(CELLS, 4, 80);
     let solve = |basis: &[usize]| {
         let columns = SupportColumns::new(&table, basis).unwrap();
         FastSimplex::new(&columns, TOLERANCE).solve(&kernels, &fragments).bounds
@@ -182,7 +156,7 @@ fn more_functions_never_lower_a_bound_and_dependent_ones_change_none() {
 fn a_support_bound_is_above_the_bound_on_the_interval() {
     let table = table(Basis::power(4).functions());
     let columns = SupportColumns::new(&table, &[0, 1, 2, 3]).unwrap();
-    let (kernels, fragments) = workload(5, 30);
+    let (kernels, fragments) = workload(CELLS, 5, 30);
     let solution = FastSimplex::new(&columns, TOLERANCE).solve(&kernels, &fragments);
     let depth = |j: u16| f64::from(j) / CELLS as f64;
     for (fragment, bound) in fragments.iter().zip(&solution.bounds) {
@@ -200,7 +174,7 @@ fn a_support_bound_is_above_the_bound_on_the_interval() {
 fn a_general_solver_agrees_where_it_has_an_answer() {
     let table = table(&Basis::default_family());
     let columns = SupportColumns::new(&table, &[29, 30, 33, 34]).unwrap();
-    let (kernels, fragments) = workload(6, 20);
+    let (kernels, fragments) = workload(CELLS, 6, 20);
     let solution = FastSimplex::new(&columns, TOLERANCE).solve(&kernels, &fragments);
     let mut agreed = 0;
     for (fragment, bound) in fragments.iter().zip(&solution.bounds) {

@@ -16,6 +16,10 @@ pub(crate) struct Mesh {
     pub normals: Vec<[f32; 3]>,
     /// Empty, or one per position.
     pub uvs: Vec<[f32; 2]>,
+    /// Empty, or one per position.
+    pub colors: Vec<[f32; 4]>,
+    /// Whether missing normals are those of the triangles, in place of smooth ones.
+    pub flat: bool,
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -25,9 +29,23 @@ pub(crate) struct SceneArrays {
     pub triangles: Vec<[u32; 3]>,
     pub triangle_material: Vec<u32>,
     pub degenerate_triangles: usize,
+    /// Empty, or one per vertex.
+    pub colors: Vec<[f32; 4]>,
+    /// Of all positions, those of triangles without area too.
+    extent: Option<[[f64; 3]; 2]>,
 }
 
 impl SceneArrays {
+    /// Least and greatest coordinates.
+    pub(crate) fn extent(&self) -> Option<[[f64; 3]; 2]> {
+        self.extent
+    }
+
+    /// How many triangles [`MAX_TRIANGLES`] leaves room for.
+    pub(crate) fn triangles_left(&self) -> u64 {
+        MAX_TRIANGLES.saturating_sub(self.triangles.len() as u64 + self.degenerate_triangles as u64)
+    }
+
     /// Fails before anything is allocated for `more` triangles that would exceed [`MAX_TRIANGLES`].
     pub(crate) fn reserve_check(&self, more: u64, at: impl FnOnce() -> String) -> Result<(), FileFault> {
         let count = (self.triangles.len() as u64 + self.degenerate_triangles as u64).saturating_add(more);
@@ -40,12 +58,16 @@ impl SceneArrays {
     /// Appends a mesh whose indices are in range.
     ///
     /// Where normals are missing they are the sum of the normals of the adjacent triangles, weighted by area,
-    /// adjacency being by index: exporters that want creases split vertices there.
+    /// adjacency being by index: exporters that want creases split vertices there. Those of a flat mesh stay zero.
     pub(crate) fn push(&mut self, mesh: &Mesh, material: u32) {
         let base = self.vertices.len() as u32;
+        for position in mesh.positions.iter().map(|position| position.map(f64::from)) {
+            let [low, high] = self.extent.get_or_insert([position; 2]);
+            (0..3).for_each(|k| (low[k], high[k]) = (low[k].min(position[k]), high[k].max(position[k])));
+        }
         let mut computed: Option<Vec<[f64; 3]>> = None;
         let first_triangle = self.triangles.len();
-        let needs_normals = mesh.normals.is_empty()
+        let needs_normals = (mesh.normals.is_empty() && !mesh.flat)
             || mesh.normals.iter().any(|&normal| unit(normal.map(f64::from)).is_none());
         for &[a, b, c] in &mesh.triangles {
             let area = doubled_area(
@@ -71,15 +93,22 @@ impl SceneArrays {
             return;
         }
         self.triangle_material.resize(self.triangles.len(), material);
+        if !mesh.colors.is_empty() {
+            self.colors.resize(self.vertices.len(), [1.0; 4]);
+            self.colors.extend(&mesh.colors);
+        }
         self.vertices.extend(mesh.positions.iter().enumerate().map(|(i, &position)| {
             let given = mesh.normals.get(i).and_then(|normal| unit(normal.map(f64::from)));
             let normal = given.or_else(|| computed.as_ref().and_then(|sums| unit(sums[i])));
             Vertex {
                 position,
-                normal: normal.unwrap_or([0.0, 1.0, 0.0]),
+                normal: normal.unwrap_or(if mesh.flat { [0.0; 3] } else { [0.0, 1.0, 0.0] }),
                 uv: mesh.uvs.get(i).copied().unwrap_or_default(),
             }
         }));
+        if !self.colors.is_empty() {
+            self.colors.resize(self.vertices.len(), [1.0; 4]);
+        }
     }
 }
 

@@ -93,11 +93,37 @@ pub enum FileFault {
         feature: String,
     },
     /// No triangle is left to render.
-    #[error("no triangles: the file holds {degenerate} degenerate triangles and no other")]
+    #[error("no triangles: the file holds {}", contents(*degenerate, holds))]
     Empty {
         /// Triangles without area that were dropped.
         degenerate: usize,
+        /// What else there is, such as `lines`; empty for nothing.
+        holds: String,
     },
+    /// A warning where none was wanted.
+    #[error("{first}{}", more(*count))]
+    Strict {
+        /// The first warning.
+        first: String,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+fn contents(degenerate: usize, holds: &str) -> String {
+    match (degenerate, holds) {
+        (0, "") => "no geometry".to_owned(),
+        (0, holds) => format!("only {holds}"),
+        (degenerate, "") => format!("{degenerate} degenerate triangles and no other"),
+        (degenerate, holds) => format!("{degenerate} degenerate triangles and {holds}"),
+    }
+}
+
+fn more(count: usize) -> String {
+    match count {
+        0 | 1 => " (a warning, refused as strictness was asked for)".to_owned(),
+        count => format!(" (and {} more warnings, refused as strictness was asked for)", count - 1),
+    }
 }
 
 impl FileFault {

@@ -40,6 +40,15 @@ impl Bounds {
         Some(bounds)
     }
 
+    pub(crate) fn as_array(&self) -> [[f64; 3]; 2] {
+        [self.min, self.max]
+    }
+
+    /// Half the diagonal.
+    pub(crate) fn radius(&self) -> f64 {
+        0.5 * norm(self.size())
+    }
+
     fn size(&self) -> [f64; 3] {
         std::array::from_fn(|axis| self.max[axis] - self.min[axis])
     }
@@ -69,8 +78,21 @@ pub(crate) fn scene_of(
     camera: Camera,
 ) -> Scene {
     views.extend(Bounds::of(&arrays).iter().flat_map(area_views));
-    let SceneArrays { vertices, triangles, triangle_material, degenerate_triangles } = arrays;
-    Scene { name, vertices, triangles, triangle_material, materials, views, camera, degenerate_triangles }
+    let bounds = Bounds::of(&arrays).map_or([[0.0; 3]; 2], |bounds| bounds.as_array());
+    let SceneArrays { vertices, triangles, triangle_material, degenerate_triangles, colors, .. } = arrays;
+    Scene {
+        name,
+        vertices,
+        triangles,
+        triangle_material,
+        materials,
+        views,
+        camera,
+        degenerate_triangles,
+        colors,
+        bounds,
+        ..Scene::default()
+    }
 }
 
 /// Two lights with an extent: `wide`, a sun, and `lamp`, a square, which is left out where coordinates have no room for it.
@@ -91,19 +113,38 @@ fn area_views(bounds: &Bounds) -> Vec<LightView> {
     views.into_iter().flatten().map(|(name, light)| LightView::new(name, light, direction)).collect()
 }
 
-/// Whether the scene brings its own ground: a used material is named like one ("ground" or "floor", any case),
+/// Whether the scene brings its own ground: a used material is named like one (a word begins with "ground" or "floor", any case),
 /// or triangles that face up at about one height, in the lower half of the scene, cover most of the footprint.
 /// A downward face is no ground, or every box would stand on its own.
 pub(crate) fn has_ground(arrays: &SceneArrays, materials: &[Material], bounds: &Bounds) -> bool {
     let named: Vec<bool> = materials
         .iter()
         .map(|material| {
-            let name = material.name.to_lowercase();
-            name.contains("ground") || name.contains("floor")
+            words(&material.name).any(|word| GROUND_WORDS.iter().any(|begin| word.starts_with(begin)))
         })
         .collect();
     arrays.triangle_material.iter().any(|&material| named[material as usize])
         || ground_coverage(arrays, bounds) >= GROUND_COVERAGE
+}
+
+/// How words in the names of ground materials begin.
+const GROUND_WORDS: [&str; 2] = ["ground", "floor"];
+
+/// The words of a name in small letters: what stands between other characters than letters, and begins with a capital letter
+/// after a small one.
+fn words(name: &str) -> impl Iterator<Item = String> {
+    let mut words = vec![String::new()];
+    let mut after_small = false;
+    for c in name.chars() {
+        if !c.is_alphabetic() || (c.is_uppercase() && after_small) {
+            words.push(String::new());
+        }
+        after_small = c.is_lowercase();
+        if let Some(word) = words.last_mut().filter(|_| c.is_alphabetic()) {
+            word.extend(c.to_lowercase());
+        }
+    }
+    words.into_iter()
 }
 
 /// Largest share of the footprint's cells whose centre lies below ground triangles of about one height.
@@ -168,11 +209,11 @@ pub(crate) fn add_ground(arrays: &mut SceneArrays, materials: &mut Vec<Material>
     let plane = Mesh {
         positions: vec![[x0, y, z0], [x0, y, z1], [x1, y, z1], [x1, y, z0]],
         normals: vec![[0.0, 1.0, 0.0]; 4],
-        uvs: Vec::new(),
         triangles: vec![[0, 1, 2], [0, 2, 3]],
+        ..Mesh::default()
     };
     arrays.push(&plane, materials.len() as u32);
-    materials.push(Material { name: GROUND_ADDED.into(), albedo: [0.5; 3], mask: None });
+    materials.push(Material { one_sided: true, ..Material::plain(GROUND_ADDED, [0.5; 3]) });
 }
 
 /// From the centre of the scene towards the fitted camera: above, and so that [`DEFAULT_LIGHT`](crate::load::DEFAULT_LIGHT) comes from the
@@ -209,11 +250,8 @@ pub(crate) fn fit_camera(arrays: &SceneArrays, bounds: &Bounds) -> Camera {
     let distance = distance[0].max(distance[1]).max(least);
     let aside = [0, 1].map(|k| 0.5 * (highest[k] + lowest[k]));
     let target = [0, 1, 2].map(|axis| centre[axis] + aside[0] * axes[0][axis] + aside[1] * axes[1][axis]);
-    Camera {
-        eye: std::array::from_fn(|axis| (target[axis] + distance * back[axis]) as f32),
-        target: target.map(|c| c as f32),
-        vertical_fov: vertical_fov as f32,
-    }
+    let eye = std::array::from_fn(|axis| (target[axis] + distance * back[axis]) as f32);
+    Camera::new(eye, target.map(|c| c as f32), vertical_fov as f32)
 }
 
 #[cfg(test)]
@@ -221,7 +259,7 @@ mod tests {
     use super::*;
 
     fn material(name: &str) -> Material {
-        Material { name: name.into(), albedo: [1.0; 3], mask: None }
+        Material::plain(name, [1.0; 3])
     }
 
     fn quad(arrays: &mut SceneArrays, corners: [[f32; 3]; 4]) {

@@ -4,6 +4,7 @@
 mod area_light;
 mod arrays;
 mod check;
+mod colour;
 mod error;
 mod fit;
 mod load;
@@ -15,10 +16,14 @@ pub mod vector;
 mod views;
 
 pub use area_light::{AreaLight, LightError, Outline, SUN_DEGREES};
+pub use colour::{MipLevel, Texture, Wrap};
 pub use error::{FileFault, InvalidScene, SceneError};
-pub use load::{load_gltf_bytes, load_obj_bytes, load_scene, load_with_files};
+pub use load::{
+    LoadOptions, PoseChoice, Warning, WarningKind, load_gltf_bytes, load_obj_bytes, load_scene,
+    load_with_files,
+};
 pub use motion::{MovingScene, Pose};
 pub use path::{CameraPath, Movement};
 pub use procedural::procedural;
-pub use scene::{AlphaMask, Camera, LightView, Material, Scene, Vertex};
+pub use scene::{AlphaMask, AlphaTexture, Camera, LightView, Material, NamedCamera, Opacity, Scene, Vertex};
 pub use views::read_views;

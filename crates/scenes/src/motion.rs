@@ -98,6 +98,9 @@ pub struct MovingScene {
     part: Option<(Scene, Motion)>,
 }
 
+/// Colour of a vertex that has none.
+const WHITE: [f32; 4] = [1.0; 4];
+
 /// Material of the figure above the stairs.
 const FIGURE: &str = "knot";
 
@@ -188,6 +191,12 @@ impl MovingScene {
         let pose = motion.pose(frame);
         let mut scene = self.still.clone();
         let (vertices, materials) = (scene.vertices.len() as u32, scene.materials.len() as u32);
+        if !scene.colors.is_empty() || !part.colors.is_empty() {
+            scene.colors.resize(scene.vertices.len(), WHITE);
+            scene
+                .colors
+                .extend((0..part.vertices.len()).map(|v| part.colors.get(v).copied().unwrap_or(WHITE)));
+        }
         scene.vertices.extend(part.vertices.iter().map(|vertex| {
             let mut moved = *vertex;
             moved.position = on_grid(pose.position(vertex.position.map(f64::from)));
@@ -205,7 +214,8 @@ impl MovingScene {
 fn split(scene: &Scene, moves: impl Fn(usize) -> bool) -> (Scene, Scene) {
     let empty =
         Scene { vertices: Vec::new(), triangles: Vec::new(), triangle_material: Vec::new(), ..scene.clone() };
-    let (mut still, mut part) = (Scene { vertices: scene.vertices.clone(), ..empty.clone() }, empty);
+    let (mut still, mut part) =
+        (Scene { vertices: scene.vertices.clone(), colors: scene.colors.clone(), ..empty.clone() }, empty);
     let mut places = vec![u32::MAX; scene.vertices.len()];
     for (index, corners) in scene.triangles.iter().enumerate() {
         let material = scene.triangle_material[index];
@@ -219,6 +229,7 @@ fn split(scene: &Scene, moves: impl Fn(usize) -> bool) -> (Scene, Scene) {
             if *place == u32::MAX {
                 *place = part.vertices.len() as u32;
                 part.vertices.push(scene.vertices[v as usize]);
+                part.colors.extend(scene.colors.get(v as usize));
             }
             *place
         });

@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use crate::vector::norm;
 
-    const START: Camera = Camera { eye: [3.0, 2.0, 0.0], target: [0.0, 1.0, 0.0], vertical_fov: 1.0 };
+    const START: Camera = Camera::new([3.0, 2.0, 0.0], [0.0, 1.0, 0.0], 1.0);
 
     fn path(movement: Movement) -> CameraPath {
         CameraPath { movement, degrees: 90.0, zoom: 1.0, frames: 10 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::AreaLight;
+use crate::{AreaLight, Texture, Warning};
 
 /// Largest magnitude of a world-space coordinate. Squares of differences stay finite in 32-bit floats.
 pub(crate) const MAX_COORDINATE: f64 = 1e15;
@@ -12,13 +12,14 @@ pub(crate) const MAX_COORDINATE: f64 = 1e15;
 pub struct Vertex {
     /// World-space position.
     pub position: [f32; 3],
-    /// Unit normal in world space; used for shading only, never for shadow tests.
+    /// Unit normal in world space, or zero for that of the triangle; used for shading only, never for shadow tests.
     pub normal: [f32; 3],
-    /// Texture coordinate for the alpha mask; (0, 0) is the first texel, wrapping by repetition.
+    /// Texture coordinate of colour and alpha mask; (0, 0) is the first texel's outer corner. Masks repeat.
     pub uv: [f32; 2],
 }
 
-/// Coverage texture of an alpha-tested material (glTF `alphaMode: MASK`).
+/// Coverage texture of a material whose opacity is tested: of glTF's `alphaMode` `MASK`, and of `BLEND`, whose surfaces cast
+/// shadows where their opacity is at least one half.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AlphaMask {
     /// Width in texels, at least 1.
@@ -46,6 +47,11 @@ impl AlphaMask {
         wrong.then(|| format!("has {} values for {width}x{height} texels", alpha.len()))
     }
 
+    /// Whether it has no surface anywhere.
+    pub(crate) fn shows_nothing(&self) -> bool {
+        self.alpha.iter().all(|&alpha| alpha < self.cutoff)
+    }
+
     /// Whether there is a surface at texture coordinates, which must be finite: the alpha test of the nearest texel,
     /// repeating.
     ///
@@ -59,15 +65,59 @@ impl AlphaMask {
     }
 }
 
+/// Opacity over a texture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AlphaTexture {
+    /// Width in texels, at least 1.
+    pub width: u32,
+    /// Height in texels, at least 1.
+    pub height: u32,
+    /// Row-major, 255 is opaque; repeating.
+    pub alpha: Vec<u8>,
+}
+
+/// How much a surface that is blended lets through: `factor` times the texture's alpha times that of the vertices in
+/// [`Scene::colors`]. Shadows that know no translucency take [`Material::mask`] in its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opacity {
+    /// From 0, clear, to 1.
+    pub factor: f32,
+    /// The same everywhere without it. Its coordinates are those of the mask.
+    pub texture: Option<Arc<AlphaTexture>>,
+}
+
 /// Surface description; only what shadows and a plain picture need.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name, for messages.
     pub name: String,
-    /// Linear RGB albedo.
+    /// Linear RGB albedo, the mean where it varies.
     pub albedo: [f32; 3],
     /// Alpha test, where the material has one.
     pub mask: Option<Arc<AlphaMask>>,
+    /// Linear RGB that the texture's and the vertices' colours are multiplied with.
+    pub factor: [f32; 3],
+    /// Colours.
+    pub texture: Option<Texture>,
+    /// Of a surface that is blended with what lies behind it.
+    pub opacity: Option<Opacity>,
+    /// Whether cameras do not see it from behind: ground that was added.
+    pub one_sided: bool,
+}
+
+impl Material {
+    /// Of one colour, opaque.
+    pub fn plain(name: impl Into<String>, albedo: [f32; 3]) -> Self {
+        Self {
+            name: name.into(),
+            albedo,
+            mask: None,
+            factor: albedo,
+            texture: None,
+            opacity: None,
+            one_sided: false,
+        }
+    }
 }
 
 /// A light with a name.
@@ -95,6 +145,17 @@ impl LightView {
     }
 }
 
+impl LightView {
+    /// The same light where positions are relative to `origin`.
+    #[must_use]
+    pub fn relative_to(mut self, origin: [f64; 3]) -> Self {
+        if let AreaLight::Local { centre, .. } = &mut self.light {
+            *centre = [0, 1, 2].map(|k| centre[k] - origin[k]);
+        }
+        self
+    }
+}
+
 /// A pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -102,8 +163,27 @@ pub struct Camera {
     pub eye: [f32; 3],
     /// Point looked at, world space.
     pub target: [f32; 3],
+    /// What is upwards in the picture, world space, any length. Where it is zero or along the view, the world's y axis is, or
+    /// its negative z axis for a view along that.
+    pub up: [f32; 3],
     /// Vertical field of view in radians.
     pub vertical_fov: f32,
+}
+
+impl Camera {
+    /// Upright.
+    pub const fn new(eye: [f32; 3], target: [f32; 3], vertical_fov: f32) -> Self {
+        Self { eye, target, up: [0.0, 1.0, 0.0], vertical_fov }
+    }
+}
+
+/// A camera of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedCamera {
+    /// That of its node, else its own.
+    pub name: String,
+    /// The camera.
+    pub camera: Camera,
 }
 
 /// Triangles with materials, the light views to evaluate, and a camera that shows the scene.
@@ -125,4 +205,42 @@ pub struct Scene {
     pub camera: Camera,
     /// Triangles dropped on loading because they have no area.
     pub degenerate_triangles: usize,
+    /// Linear RGB and alpha by vertex; white and opaque where there is none.
+    pub colors: Vec<[f32; 4]>,
+    /// Cameras of the file; the first is [`Scene::camera`].
+    pub cameras: Vec<NamedCamera>,
+    /// World position of this scene's origin. Not zero for a file far from it, whose positions single precision would round:
+    /// all positions here, of lights and cameras too, are relative to it.
+    pub origin: [f64; 3],
+    /// Least and greatest coordinates of what the file shows, without added ground, relative to `origin`.
+    pub bounds: [[f64; 3]; 2],
+    /// Names of the file's animations, numbers where they have none.
+    pub animations: Vec<String>,
+    /// The one whose pose the scene has.
+    pub animation: Option<String>,
+    /// What the file asks for and does not get.
+    pub warnings: Vec<Warning>,
+}
+
+impl Default for Scene {
+    /// Nothing, seen from the side; for tests and for scenes put together piece by piece.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            vertices: Vec::new(),
+            triangles: Vec::new(),
+            triangle_material: Vec::new(),
+            materials: Vec::new(),
+            views: Vec::new(),
+            camera: Camera::new([1.0; 3], [0.0; 3], 1.0),
+            degenerate_triangles: 0,
+            colors: Vec::new(),
+            cameras: Vec::new(),
+            origin: [0.0; 3],
+            bounds: [[0.0; 3]; 2],
+            animations: Vec::new(),
+            animation: None,
+            warnings: Vec::new(),
+        }
+    }
 }

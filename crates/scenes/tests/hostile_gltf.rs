@@ -20,15 +20,6 @@ fn edited(from: &str, to: &str, expected: &str) {
     assert!(message.contains(expected), "{to}: expected {expected:?} in {message:?}");
 }
 
-/// Numbers beyond f32 are refused by the JSON parser or by us, depending on the parser's features in this build.
-fn overflowing(from: &str, to: &str, expected: &str) {
-    let message = message(&quad().with(from, to).bytes());
-    assert!(
-        message.contains(expected) || message.contains("number out of range"),
-        "{to}: expected {expected:?} in {message:?}"
-    );
-}
-
 fn patched(at: usize, bytes: &[u8], expected: &str) {
     let message = message(&quad().with_bytes(at, bytes).bytes());
     assert!(message.contains(expected), "expected {expected:?} in {message:?}");
@@ -109,8 +100,8 @@ fn accessors_and_views_stay_inside_their_bytes() {
     edited("\"buffers\":[{\"byteLength\":", "\"buffers\":[{\"byteLength\":9", "buffers[0]: byteLength 9");
     strided(4, "byteStride 4 is smaller than the element size 12");
     strided(16, "16 apart, exceeds the 48 bytes");
-    strided(0, "byteStride: Invalid value");
-    strided(4000000000, "byteStride: Invalid value");
+    strided(0, "byteStride 0 is smaller than the element size 12");
+    strided(4000000000, "4000000000 apart, exceeds the 48 bytes");
 }
 
 #[test]
@@ -118,23 +109,23 @@ fn types_and_counts_must_fit() {
     edited(
         "\"count\":6,\"type\":\"SCALAR\"",
         "\"count\":4,\"type\":\"VEC2\"",
-        "indices is of type Vec2, expected Scalar",
+        "indices is of type VEC2, expected SCALAR",
     );
     edited(
         "{\"bufferView\":3,\"componentType\":5123",
         "{\"bufferView\":3,\"componentType\":5122",
         "indices are not unsigned integers",
     );
-    edited("\"componentType\":5123", "\"componentType\":7", "componentType");
-    edited("\"count\":6", "\"count\":4", "4 corners do not make up triangles");
-    edited("\"count\":6", "\"count\":0", "0 corners do not make up triangles");
+    edited("\"componentType\":5123", "\"componentType\":7", "unknown component type 7");
+    edited("\"count\":6", "\"count\":2", "no triangles: the file holds no geometry");
+    edited("\"count\":6", "\"count\":0", "no triangles: the file holds no geometry");
     edited(
         "\"count\":4,\"type\":\"VEC3\"}",
         "\"count\":3,\"type\":\"VEC3\"}",
         "3 attribute values for 4 positions",
     );
-    edited("\"POSITION\":0,", "\"POSITION\":2,", "POSITION");
-    edited("\"POSITION\":0,", "", "POSITION");
+    edited("\"POSITION\":0,", "\"POSITION\":2,", "POSITION is of type VEC2, expected VEC3");
+    edited("\"POSITION\":0,", "", "no triangles: the file holds no geometry");
     edited(
         "\"TEXCOORD_1\":2",
         "\"TEXCOORD_0\":2",
@@ -142,19 +133,14 @@ fn types_and_counts_must_fit() {
     );
     edited(
         "{\"bufferView\":0,",
-        "{\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":3,\"componentType\":5123},\"values\":{\"bufferView\":0}},\"bufferView\":0,",
-        "accessors[0]: unsupported sparse accessor",
+        "{\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":3,\"componentType\":5125},\"values\":{\"bufferView\":0}},\"bufferView\":0,",
+        "accessors[0].sparse: index 65536 is out of range, there are 4",
     );
 }
 
-/// The gltf crate's validation indexes the accessors with POSITION before it has checked the index.
 #[test]
 fn regression_position_accessor_out_of_range() {
-    edited(
-        "\"POSITION\":0,",
-        "\"POSITION\":77,",
-        "meshes[0].primitives[0].attributes.POSITION: index 77 is out of range, there are 4",
-    );
+    edited("\"POSITION\":0,", "\"POSITION\":77,", "accessors[77]: index 77 is out of range, there are 4");
 }
 
 #[test]
@@ -171,14 +157,10 @@ fn indices_and_numbers_out_of_range_are_named() {
             patched(UVS_AT, &bad.to_le_bytes(), "meshes[0].primitives[0]: TEXCOORD_1 0 is [");
         }
     }
-    overflowing("[10,0,0]", "[1e300,0,0]", "nodes[0]: translation [inf, 0.0, 0.0] is not finite");
-    edited("[10,0,0]", "[1e38,0,0]", "cameras[0]: value [9.999999680285692e37, 2.0, 5.0]");
-    overflowing("[-1,1,1]", "[-1e39,1,1]", "nodes[1]: scale [-inf, 1.0, 1.0] is not finite");
-    overflowing(
-        "[1,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]",
-        "[1,0,0,0,0,1,0,0,0,0,1e99,0,0,2,5,1]",
-        "nodes[2]: matrix [",
-    );
+    edited("[10,0,0]", "[1e300,0,0]", "nodes[0]: translation [1e300, 0.0, 0.0] is not finite");
+    edited("[10,0,0]", "[1e38,0,0]", "POSITION 0: value [1e38, 0.0, 0.0]");
+    edited("[-1,1,1]", "[-1e39,1,1]", "nodes[1]: scale [-1e39, 1.0, 1.0] is not finite");
+    edited("[1,0,0,0,0,1,0,0,0,0,1,0,0,2,5,1]", "[1,0,0,0,0,1,0,0,0,0,1e99,0,0,2,5,1]", "nodes[2]: matrix [");
     placed(
         "[1,0,0,0.5,0,1,0,0,0,0,1,0,0,2,5,1]",
         "nodes[2]: matrix with bottom row [0.5, 0.0, 0.0, 1.0] is not affine",
@@ -189,14 +171,8 @@ fn indices_and_numbers_out_of_range_are_named() {
         "\"rotation\":[0,0,0,0]",
         "nodes[0]: rotation [0.0, 0.0, 0.0, 0.0] is no unit quaternion",
     );
-    placed("[0,0,0,0,0,0,0,0,0,0,0,0,0,2,5,1]", "cameras[0]: looks nowhere");
-    edited("\"yfov\":0.5", "\"yfov\":-1", "cameras[0]: yfov -1 is outside");
     edited("\"alphaCutoff\":0.3", "\"alphaCutoff\":-0.5", "materials[0]: alphaCutoff -0.5");
-    overflowing(
-        "[0.5,1,1,1]",
-        "[0.5,1,1,1e99]",
-        "materials[0]: baseColorFactor [0.5, 1.0, 1.0, inf] is outside",
-    );
+    edited("[0.5,1,1,1]", "[0.5,1,1,1e99]", "materials[0]: baseColorFactor [0.5, 1.0, 1.0, 1e99] is outside");
 }
 
 #[test]
@@ -204,8 +180,8 @@ fn node_graphs_must_be_trees() {
     edited("\"scale\":[-1,1,1],", "\"scale\":[-1,1,1],\"children\":[0],", "nodes[0]: is reached twice");
     edited("\"children\":[1,2]", "\"children\":[1,1]", "nodes[1]: is reached twice");
     edited("\"children\":[1,2]", "\"children\":[0]", "nodes[0]: is reached twice");
-    edited("\"children\":[1,2]", "\"children\":[1,99]", "children[1]: Index out of bounds");
-    edited("\"scene\":0", "\"scene\":5", "scene: Index out of bounds");
+    edited("\"children\":[1,2]", "\"children\":[1,99]", "nodes[99]: index 99 is out of range, there are 3");
+    edited("\"scene\":0", "\"scene\":5", "scene: index 5 is out of range, there are 1");
 }
 
 #[test]
@@ -261,8 +237,9 @@ fn nothing_to_render_is_an_error_with_the_count() {
     let zero_area = [0_u16; 6].iter().flat_map(|i| i.to_le_bytes()).collect::<Vec<u8>>();
     patched(INDICES_AT, &zero_area, "no triangles: the file holds 2 degenerate triangles");
     edited("\"scale\":[-1,1,1]", "\"scale\":[0,0,0]", "no triangles: the file holds 2 degenerate triangles");
-    edited("\"mode\":4", "\"mode\":1", "no triangles: the file holds 0 degenerate triangles");
-    edited("\"mode\":4", "\"mode\":9", "mode: Invalid value");
+    edited("\"mode\":4", "\"mode\":1", "no triangles: the file holds only lines");
+    edited("\"mode\":4", "\"mode\":0", "no triangles: the file holds only points");
+    edited("\"mode\":4", "\"mode\":9", "mode 9 is not known");
     assert!(message(b"{\"asset\":{\"version\":\"2.0\"}}").contains("no triangles"));
     assert!(
         message(b"{\"asset\":{\"version\":\"1.0\"}}").contains("asset: unsupported glTF version \"1.0\"")
@@ -272,7 +249,7 @@ fn nothing_to_render_is_an_error_with_the_count() {
 
 #[test]
 fn extensions_that_change_the_data_are_unsupported_by_name() {
-    for name in ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_texture_basisu", "X\\nY"] {
+    for name in ["KHR_gaussian_splatting", "EXT_mesh_primitive_restart", "X\\nY"] {
         let required = format!("{{\"extensionsRequired\":[\"KHR_materials_unlit\",\"{name}\"],\"asset\"");
         edited("{\"asset\"", &required, &format!("extensionsRequired: unsupported extension \"{name}\""));
     }
@@ -302,8 +279,12 @@ fn images_are_bounded_and_named() {
         "{\"mimeType\":\"image/png\"}",
         "images[0]: has neither",
     );
-    edited("\"textures\":[{\"source\":0}]", "\"textures\":[{\"source\":3}]", "source: Index out of bounds");
-    edited("\"index\":0,", "\"index\":3,", "index: Index out of bounds");
+    edited(
+        "\"textures\":[{\"source\":0}]",
+        "\"textures\":[{\"source\":3}]",
+        "images[3]: index 3 is out of range, there are 1",
+    );
+    edited("\"index\":0,", "\"index\":3,", "textures[3]: index 3 is out of range, there are 1");
 }
 
 fn crc32(bytes: &[u8]) -> u32 {

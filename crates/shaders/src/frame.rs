@@ -32,26 +32,56 @@ pub enum FrameShaders {
         textures: Vec<usize>,
         /// Format of all of them.
         format: TexelFormat,
+        /// The same as compute passes.
+        compute: ComputeShaders,
     },
     /// A depth map that is compared tap by tap.
     Comparison {
         /// From `depths` and `light`, `positions`, `normals`, `albedos` to colour and shadow.
         shade: String,
+        /// The same as a compute pass, which writes `colour` and `shadow`.
+        compute_shade: String,
     },
+}
+
+/// The passes of [`FrameShaders::Prefiltered`] as compute shaders, each with one entry point and a thread a texel or pixel.
+/// They read what the fragment shaders read, and write storage textures: `out0_0` and `out0_1`, or `colour` and `shadow`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ComputeShaders {
+    /// Stored texels.
+    pub resolve: String,
+    /// Filtered along x.
+    pub rows: String,
+    /// Filtered along y.
+    pub columns: String,
+    /// Number n makes n + 1 levels at once, `out0_0` to `outn_0`, from twice as many texels a side as the first of them has.
+    pub halve: Vec<String>,
+    /// Colour and shadow.
+    pub shade: String,
 }
 
 impl FrameShaders {
     /// Every module with the name of its pass.
     pub fn modules(&self) -> Vec<(&'static str, &str)> {
         match self {
-            Self::Prefiltered { resolve, rows, columns, halve, shade, .. } => vec![
-                ("resolve", resolve),
-                ("rows", rows),
-                ("columns", columns),
-                ("halve", halve),
-                ("shade", shade),
-            ],
-            Self::Comparison { shade } => vec![("shade", shade)],
+            Self::Prefiltered { resolve, rows, columns, halve, shade, compute, .. } => {
+                let mut modules = vec![
+                    ("resolve", resolve.as_str()),
+                    ("rows", rows),
+                    ("columns", columns),
+                    ("halve", halve),
+                    ("shade", shade),
+                    ("compute resolve", &compute.resolve),
+                    ("compute rows", &compute.rows),
+                    ("compute columns", &compute.columns),
+                    ("compute shade", &compute.shade),
+                ];
+                modules.extend(compute.halve.iter().map(|module| ("compute halve", module.as_str())));
+                modules
+            }
+            Self::Comparison { shade, compute_shade } => {
+                vec![("shade", shade), ("compute shade", compute_shade)]
+            }
         }
     }
 }

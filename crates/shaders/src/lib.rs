@@ -10,6 +10,6 @@ mod unroll;
 
 pub use constants::{array, constant, count, flag, whole_numbers};
 pub use error::ShaderError;
-pub use frame::{FrameShaders, TexelFormat};
+pub use frame::{ComputeShaders, FrameShaders, TexelFormat};
 pub use module::{Binding, EntryPoint, Module, Stage, VertexInput};
 pub use unroll::unroll;

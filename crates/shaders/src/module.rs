@@ -7,6 +7,9 @@ use naga::{ShaderStage, TypeInner};
 
 use crate::ShaderError;
 
+/// What a module may use although some adapters lack it: 16-bit maps that compute passes write.
+const CAPABILITIES: Capabilities = Capabilities::STORAGE_TEXTURE_16BIT_NORM_FORMATS;
+
 /// Kind of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -60,7 +63,7 @@ pub struct Module {
 }
 
 impl Module {
-    /// Parses, validates and reflects WGSL, without what only some adapters offer.
+    /// Parses, validates and reflects WGSL; of what only some adapters offer 16-bit storage textures alone.
     ///
     /// # Errors
     /// [`ShaderError::Invalid`] with the first fault.
@@ -69,7 +72,7 @@ impl Module {
             line: error.location(source).map_or(0, |place| place.line_number),
             problem: error.message().to_owned(),
         })?;
-        let validated = Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module);
+        let validated = Validator::new(ValidationFlags::all(), CAPABILITIES).validate(&module);
         let info = validated.map_err(|error| {
             // The narrowest place says most; the others are the functions around it.
             let places = error.spans().map(|(span, _)| *span).filter(|span| span.is_defined());

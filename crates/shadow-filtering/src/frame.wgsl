@@ -21,9 +21,7 @@ struct Pixel {
     @location(1) shadow: f32,
 }
 
-@fragment
-fn pixel(@builtin(position) at: vec4<f32>) -> Pixel {
-    let place = vec2<i32>(at.xy);
+fn shaded(place: vec2<i32>) -> Pixel {
     let position = textureLoad(positions, place, 0);
     let world = vec4<f32>(position.xyz, 1.0);
     let texel = vec2<f32>(dot(light.texel_x, world), dot(light.texel_y, world));

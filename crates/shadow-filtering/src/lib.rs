@@ -23,6 +23,7 @@
 
 mod basis;
 mod bound;
+mod compute_passes;
 mod depth_map;
 mod encoding;
 mod error;

@@ -1,8 +1,7 @@
 // Twin of `Pyramid` for even sides: a texel of the next level is the mean of four.
 
-@fragment
-fn halve(@builtin(position) at: vec4<f32>) -> Targets {
-    let first = 2 * vec2<i32>(at.xy);
+fn halved(texel: vec2<i32>) -> array<f32, CHANNELS> {
+    let first = 2 * texel;
     let last = map_size() - 1;
     var sum: array<f32, CHANNELS>;
     for (var i = 0; i < 4; i++) {
@@ -11,5 +10,5 @@ fn halve(@builtin(position) at: vec4<f32>) -> Targets {
             sum[k] = sum[k] + 0.25 * value[k];
         }
     }
-    return to_targets(sum);
+    return sum;
 }

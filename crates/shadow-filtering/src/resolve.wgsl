@@ -1,8 +1,6 @@
 // Twin of `resolve` over encoded samples: the mean of b over the SAMPLES samples of a texel, transformed for storage.
 
-@fragment
-fn resolve(@builtin(position) at: vec4<f32>) -> Targets {
-    let texel = vec2<i32>(at.xy);
+fn resolved(texel: vec2<i32>) -> array<f32, CHANNELS> {
     let share = 1.0 / f32(SAMPLES);
     var sum: array<f32, CHANNELS>;
     for (var s = 0; s < SAMPLES; s++) {
@@ -11,5 +9,5 @@ fn resolve(@builtin(position) at: vec4<f32>) -> Targets {
             sum[k] = sum[k] + share * b[k];
         }
     }
-    return to_targets(quantise(sum));
+    return quantise(sum);
 }

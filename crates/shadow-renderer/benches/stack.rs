@@ -27,10 +27,10 @@ fn scene(name: &str, positions: Vec<[f32; 3]>, triangles: Vec<[u32; 3]>) -> Scen
         vertices: positions.into_iter().map(vertex).collect(),
         triangle_material: vec![0; triangles.len()],
         triangles,
-        materials: vec![Material { name: "grey".into(), albedo: [0.5; 3], mask: None }],
+        materials: vec![Material::plain("grey", [0.5; 3])],
         views: vec![LightView::directional("sun", DIRECTION)],
-        camera: Camera { eye: [2.0; 3], target: [0.0; 3], vertical_fov: 1.0 },
-        degenerate_triangles: 0,
+        camera: Camera::new([2.0; 3], [0.0; 3], 1.0),
+        ..Scene::default()
     }
 }
 

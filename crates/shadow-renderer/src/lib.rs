@@ -11,8 +11,8 @@ mod stack;
 pub use error::RenderError;
 pub use frame::{CameraView, Frame, NO_TRIANGLE};
 pub use gpu::{
-    BINDING_BYTES, ComputeChain, ComputePass, Content, DepthMap, FrameRenderer, FrameSettings, GpuFrame,
-    PassTimes, SUPERSAMPLE_8, Sampling, WHOLE_FRAME,
+    BINDING_BYTES, ComputeChain, ComputePass, Content, DepthMap, DeviceLimits, FrameRenderer, FrameSettings,
+    GpuFrame, PassTimes, Route, SUPERSAMPLE_8, Sampling, WHOLE_FRAME,
 };
 pub use light_frame::{FIT_MARGIN, LightFrame, LocalLightError, MAX_MAP_SIZE};
 pub use render::{Backend, RenderReport, render_in_chunks, render_in_frame, render_stack, render_view};

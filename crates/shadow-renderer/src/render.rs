@@ -62,10 +62,10 @@ pub struct RenderReport {
 ///     vertices: vec![corner(0.0, 0.0), corner(0.0, 1.0), corner(1.0, 0.0)],
 ///     triangles: vec![[0, 1, 2]],
 ///     triangle_material: vec![0],
-///     materials: vec![Material { name: "grey".into(), albedo: [0.5; 3], mask: None }],
+///     materials: vec![Material::plain("grey", [0.5; 3])],
 ///     views: vec![LightView::directional("noon", [0.0, -1.0, 0.0])],
-///     camera: Camera { eye: [2.0; 3], target: [0.0; 3], vertical_fov: 1.0 },
-///     degenerate_triangles: 0,
+///     camera: Camera::new([2.0; 3], [0.0; 3], 1.0),
+///     ..Scene::default()
 /// };
 /// let (stack, report) = render_stack(&ground, [0.0, -1.0, 0.0], 64, 64, Backend::Cpu)?;
 /// assert_eq!(stack.layer_statistics().max, 1);

@@ -165,7 +165,7 @@ fn leaf_over_ground() -> Scene {
     };
     let alpha = (0..16).map(|t| if (t % 4 + t / 4) % 2 == 0 { 200 } else { 100 }).collect();
     let mask = AlphaMask { width: 4, height: 4, alpha, cutoff: 128 };
-    let material = |mask| Material { name: "leaf".into(), albedo: [0.5; 3], mask };
+    let material = |mask| Material { mask, ..Material::plain("leaf", [0.5; 3]) };
     Scene {
         name: "leaf".into(),
         vertices: [square(0.0), square(1.0)].concat(),
@@ -174,8 +174,8 @@ fn leaf_over_ground() -> Scene {
         triangle_material: vec![0, 0, 1, 1, 1, 1],
         materials: vec![material(None), material(Some(mask.into()))],
         views: Vec::new(),
-        camera: Camera { eye: [0.0; 3], target: [1.0; 3], vertical_fov: 1.0 },
-        degenerate_triangles: 0,
+        camera: Camera::new([0.0; 3], [1.0; 3], 1.0),
+        ..Scene::default()
     }
 }
 

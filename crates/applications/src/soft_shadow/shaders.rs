@@ -93,7 +93,7 @@ pub fn percentage_closer_shader(
 }
 
 /// Makes the table of a depth map: binding 0 the depths as a texture, binding 1 the table. Entry point `rows` with a group a
-/// row, then `columns` with a thread a column and channel, 64 a group.
+/// row, then `columns` with a group for 16 columns and channels.
 pub fn prefix_sums_shader(technique: &Reconstruction<f64>, size: [usize; 2], texels: u32) -> String {
     joined(&of_technique(technique, size, texels), &[ELEMENTARY, WARP, PREFIX_SUMS])
 }

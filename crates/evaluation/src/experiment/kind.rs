@@ -5,7 +5,7 @@ use super::one_line;
 use super::prediction::Prediction;
 use crate::error::EvaluationError;
 use crate::fragments::SceneSettings;
-use crate::run::{Progress, Recorded};
+use crate::run::{Backend, Progress, Recorded};
 use crate::shards::Shard;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -41,6 +41,11 @@ pub(crate) trait Settings: Any + Clone + Debug + DeserializeOwned + Serialize + 
     /// Takes what the keys of [`SceneSettings`] hold, for kinds on scenes.
     fn on_scenes(&mut self, _scenery: SceneSettings) {}
 
+    /// Replaces a race by every candidate on every fragment, for kinds that have one. False for the others.
+    fn make_exhaustive(&mut self, _scenery: &mut SceneSettings) -> bool {
+        false
+    }
+
     /// Follows the scenes where other keys name them, once they have been replaced.
     fn scenes_replaced(&mut self) {}
 
@@ -48,7 +53,7 @@ pub(crate) trait Settings: Any + Clone + Debug + DeserializeOwned + Serialize + 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError>;
 
     /// What a run will cost, for kinds that can tell.
-    fn predict(&self, _threads: usize) -> Option<Result<Prediction, EvaluationError>> {
+    fn predict(&self, _threads: usize, _backend: Backend) -> Option<Result<Prediction, EvaluationError>> {
         None
     }
 }
@@ -63,6 +68,8 @@ pub(crate) struct RunContext<'a> {
     pub(crate) shard: Option<Shard>,
     /// Run directories of all shards, to be completed.
     pub(crate) merge: &'a [PathBuf],
+    /// What solves linear programs.
+    pub(crate) backend: Backend,
     /// Stands for the program and the resolved experiment.
     pub(crate) identity: String,
 }
@@ -126,9 +133,10 @@ pub(crate) trait AnySettings: Debug + Send + Sync {
     fn seed(&self) -> u64;
     fn scenes(&self) -> Option<&[String]>;
     fn with_scenes(&self, scenes: &[String]) -> Arc<dyn AnySettings>;
+    fn exhaustive(&self) -> Option<Arc<dyn AnySettings>>;
     fn table(&self) -> Result<Table, toml::ser::Error>;
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError>;
-    fn predict(&self, threads: usize) -> Option<Result<Prediction, EvaluationError>>;
+    fn predict(&self, threads: usize, backend: Backend) -> Option<Result<Prediction, EvaluationError>>;
 }
 
 impl<T: Settings> AnySettings for Given<T> {
@@ -163,6 +171,15 @@ impl<T: Settings> AnySettings for Given<T> {
         Arc::new(Self { statement: self.statement.clone(), scenery, own })
     }
 
+    fn exhaustive(&self) -> Option<Arc<dyn AnySettings>> {
+        let (mut scenery, mut own) = (self.scenery.clone()?, self.own.clone());
+        own.make_exhaustive(&mut scenery).then(|| {
+            own.on_scenes(scenery.clone());
+            let statement = self.statement.clone();
+            Arc::new(Self { statement, scenery: Some(scenery), own }) as Arc<dyn AnySettings>
+        })
+    }
+
     fn table(&self) -> Result<Table, toml::ser::Error> {
         let mut table = Table::try_from(&self.own)?;
         table.extend(Table::try_from(&self.statement)?);
@@ -176,8 +193,8 @@ impl<T: Settings> AnySettings for Given<T> {
         self.own.run(context)
     }
 
-    fn predict(&self, threads: usize) -> Option<Result<Prediction, EvaluationError>> {
-        self.own.predict(threads)
+    fn predict(&self, threads: usize, backend: Backend) -> Option<Result<Prediction, EvaluationError>> {
+        self.own.predict(threads, backend)
     }
 }
 

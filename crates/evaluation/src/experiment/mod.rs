@@ -8,7 +8,7 @@ mod prediction;
 
 pub use self::alphas::Alphas;
 use self::kind::AnySettings;
-pub use self::prediction::Prediction;
+pub use self::prediction::{CardPrediction, Prediction};
 use crate::error::EvaluationError;
 use crate::kinds::KINDS;
 use serde::{Deserialize, Serialize};
@@ -161,6 +161,20 @@ impl Experiment {
             return Err(EvaluationError::Value(reason));
         }
         self.settings = self.settings.with_scenes(scenes);
+        self.resolved_again()
+    }
+
+    /// Every candidate on every fragment instead of a race.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Value`] for an experiment of another kind.
+    pub fn exhaustive(mut self) -> Result<Self, EvaluationError> {
+        self.settings = self.settings.exhaustive().ok_or_else(|| self.refused("--exhaustive"))?;
+        self.resolved_again()
+    }
+
+    /// With the table that its settings have now.
+    fn resolved_again(mut self) -> Result<Self, EvaluationError> {
         self.resolved = self.settings.table().map_err(|error| EvaluationError::Table {
             table: "experiment.toml".to_owned(),
             reason: error.to_string(),

@@ -19,4 +19,20 @@ pub struct Prediction {
     pub hours: f64,
     /// Bytes of checkpoint and tables.
     pub disk_bytes: u64,
+    /// What a graphics processor would take, where one is asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub card: Option<CardPrediction>,
+}
+
+/// What a search will cost on a graphics processor.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CardPrediction {
+    /// Adapter and driver.
+    pub adapter: String,
+    /// Programs a second, those that the CPU decides included, measured on some candidates.
+    pub programs_per_second: f64,
+    /// Share of the programs that is left to the exact route of the CPU.
+    pub exact: f64,
+    /// Hours.
+    pub hours: f64,
 }

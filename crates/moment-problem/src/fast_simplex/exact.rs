@@ -1,7 +1,7 @@
 //! Fragments that single steps of `f64` could not certify: the same linear program in double-double.
 
 use super::support::{SupportColumns, SupportDistribution};
-use super::{FastBound, FastFragment, FastSolution, FastVertex, Hints, Task};
+use super::{FastBound, FastSolution, FastVertex, Hints, Task};
 use crate::arithmetic::{DoubleDouble, Real};
 use crate::certified::{Column, FiniteProgram, LpSolver, ask};
 use crate::dense::dot;
@@ -15,7 +15,8 @@ pub(super) fn settle(task: &Task<'_>, solution: &mut FastSolution, hints: &Hints
     for (index, hint) in std::mem::take(&mut solution.uncertified).into_iter().zip(hints) {
         solution.exact += 1;
         let fragment = &task.fragments[index];
-        match bound(task, fragment, hint) {
+        let kernel = &task.kernels[fragment.kernel as usize];
+        match bound(task.columns, kernel, (fragment.step, fragment.mass_before), hint) {
             Ok((mut bound, vertex)) => {
                 bound.vertex = solution.vertices.len() as u32;
                 solution.vertices.push(vertex);
@@ -87,14 +88,16 @@ pub fn good_lp_bound(
     ask(solver, &real, &right_hand_side).map(|claim| claim.objective)
 }
 
-fn bound(
-    task: &Task<'_>,
-    fragment: &FastFragment,
+/// G for a fragment at `step` with F = `mass_before`, and its certificate. `hint` are the columns of bases near the optimum,
+/// one after the other.
+pub(crate) fn bound(
+    columns: &SupportColumns,
+    kernel: &SupportDistribution,
+    (step, mass_before): (u16, f64),
     hint: &[u16],
 ) -> Result<(FastBound, FastVertex), MomentError> {
-    let (columns, kernel) = (task.columns, &task.kernels[fragment.kernel as usize]);
     let rank = columns.rank();
-    let (target, real) = program(columns, kernel, fragment.step);
+    let (target, real) = program(columns, kernel, step);
     let mut program = FiniteProgram::new(&target, real);
     // Without a hint that leads to a feasible basis the program starts from artificial columns.
     let _ = hint.chunks_exact(rank).any(|columns| program.start_at(columns));
@@ -102,7 +105,7 @@ fn bound(
     let excess = |column: &Column| (dot(&dual, &column.entries) - DoubleDouble::from(column.cost)).to_f64();
     let size: f64 = dual.iter().map(|y| y.to_f64().abs()).sum();
     let lacking = program.columns().iter().map(excess).fold(0.0, f64::max) + size * ROUNDING;
-    let mut vertex = FastVertex { step: fragment.step, lacking, rank: rank as u8, ..FastVertex::default() };
+    let mut vertex = FastVertex { step, lacking, rank: rank as u8, ..FastVertex::default() };
     for (i, y) in dual.iter().enumerate() {
         vertex.dual[i] = y.to_f64();
         vertex.dual_low[i] = (*y - DoubleDouble::from(vertex.dual[i])).to_f64();
@@ -113,6 +116,6 @@ fn bound(
     vertex.support[..rank].sort_unstable();
     let lower_proved = (value - lacking - size * ROUNDING).max(0.0);
     // The primal objective of the optimal vertex is the same number; its weights were computed to 1e-24.
-    let lower = value.clamp(0.0, fragment.mass_before.max(lower_proved));
+    let lower = value.clamp(0.0, mass_before.max(lower_proved));
     Ok((FastBound { lower, lower_proved, vertex: 0 }, vertex))
 }

@@ -20,11 +20,12 @@ mod exact;
 mod lanes;
 mod pricing;
 mod start;
-mod support;
+pub(crate) mod support;
 mod vertex;
 
 use crate::arithmetic::DoubleDouble;
 use engine::{Engine, Job};
+pub(crate) use exact::bound as exact_bound;
 pub use exact::{good_lp_bound, reference_bound};
 use lanes::{Lanes, Portable};
 pub use support::{FunctionTable, SupportColumns, SupportDistribution, snap};
@@ -126,7 +127,7 @@ impl FastStart {
     }
 
     /// The depths for a fragment, if the rank is that of the basis to be solved.
-    fn guess(&self, fragment: usize, rank: usize) -> &[u16] {
+    pub(crate) fn guess(&self, fragment: usize, rank: usize) -> &[u16] {
         let depths =
             if rank == self.rank { &self.supports[fragment * rank..(fragment + 1) * rank] } else { &[] };
         if depths.iter().any(|&depth| depth > 0) { depths } else { &[] }

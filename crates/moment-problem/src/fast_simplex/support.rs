@@ -15,7 +15,7 @@ const MAX_SUPPORT: usize = 1 << 15;
 
 /// A row whose norm over the support falls by this factor under projection carries no information of its own. The
 /// 4-subsets of the default family keep more than 2e-6.
-const DEPENDENCE_TOLERANCE: f64 = 1e-12;
+pub(crate) const DEPENDENCE_TOLERANCE: f64 = 1e-12;
 
 /// Functions sampled on a support to double-double precision: shared by all bases of a family.
 #[derive(Clone, Debug)]
@@ -68,6 +68,11 @@ impl FunctionTable {
     pub fn depths(&self) -> &[f64] {
         &self.depths
     }
+
+    /// The functions on the support, row by row.
+    pub(crate) fn samples(&self) -> &[Vec<DoubleDouble>] {
+        &self.samples
+    }
 }
 
 /// The matrix of Algorithm 1 over a finite support: column j holds the orthonormalised rows a(z_j).
@@ -117,6 +122,19 @@ impl SupportColumns {
             let inverse = DoubleDouble::one() / after;
             directions.push(sample.into_iter().map(|v| v * inverse).collect());
         }
+        let rows: Vec<Vec<f64>> = directions
+            .iter()
+            .map(|direction| direction.iter().map(|value| value.to_f64()).collect())
+            .collect();
+        Self::of_rows(count, &rows, dropped)
+    }
+
+    /// From orthonormal rows over the support, the first one of ones.
+    pub(crate) fn of_rows(
+        count: usize,
+        directions: &[Vec<f64>],
+        dropped: Vec<usize>,
+    ) -> Result<Self, MomentError> {
         let rank = directions.len();
         if !(2..=MAX_ROWS).contains(&rank) {
             return Err(MomentError::Unsupported(format!(
@@ -137,10 +155,10 @@ impl SupportColumns {
         };
         for (i, direction) in directions.iter().enumerate() {
             for j in 0..padded {
-                columns.rows[(i * padded + j) / LANES][j % LANES] = direction[j.min(count - 1)].to_f64();
+                columns.rows[(i * padded + j) / LANES][j % LANES] = direction[j.min(count - 1)];
             }
-            for (j, value) in direction.iter().enumerate() {
-                columns.columns[j * stride + i] = value.to_f64();
+            for (j, &value) in direction.iter().take(count).enumerate() {
+                columns.columns[j * stride + i] = value;
             }
         }
         Ok(columns)
@@ -170,7 +188,7 @@ impl SupportColumns {
 
     /// a(z_j), the rank's values first.
     #[inline(always)]
-    pub(super) fn column(&self, j: usize) -> &[f64] {
+    pub(crate) fn column(&self, j: usize) -> &[f64] {
         let stride = self.columns.len() / self.depths;
         &self.columns[j * stride..(j + 1) * stride]
     }

@@ -38,7 +38,7 @@ pub(crate) fn cart() -> Scene {
         };
         scene.hexahedron(cloth, quad([x0, y0], [x1, y1]), quad([u0, v0], [u1, v1]));
     }
-    let camera = Camera { eye: [1.0; 3], target: [0.0; 3], vertical_fov: 1.0 };
+    let camera = Camera::new([1.0; 3], [0.0; 3], 1.0);
     scene.into_scene("cart", vec![LightView::directional("high", [0.0, -1.0, 0.0])], camera)
 }
 

@@ -30,7 +30,7 @@ pub(super) fn build() -> Parts {
         bars(&mut scene, material, &grid);
     }
     let views = [[0.1, -1.0, 0.15], [0.8, -0.6, 0.35], [0.55, -0.26, 0.8], [0.06, -0.07, 0.99]];
-    (scene, views, Camera { eye: [0.5, 9.5, 8.0], target: [0.0, 0.4, 0.2], vertical_fov: 0.7 })
+    (scene, views, Camera::new([0.5, 9.5, 8.0], [0.0, 0.4, 0.2], 0.7))
 }
 
 /// Bars along both axes, those of the second a little above the first: no two surfaces coincide.

@@ -53,7 +53,7 @@ fn planted(seed: u64) -> (Parts, Vec<usize>) {
         }
     }
     let views = [[0.2, -1.0, 0.3], [0.8, -0.6, 0.35], [0.7, -0.27, -0.6], [-0.35, -0.09, 0.93]];
-    let camera = Camera { eye: [11.5, 6.0, 12.5], target: [0.0, 2.6, 0.0], vertical_fov: 0.75 };
+    let camera = Camera::new([11.5, 6.0, 12.5], [0.0, 2.6, 0.0], 0.75);
     ((scene, views, camera), ends)
 }
 

@@ -61,7 +61,7 @@ pub(crate) fn on_grid(p: Point) -> [f32; 3] {
 
 impl SceneMesh {
     pub(super) fn material(&mut self, name: &str, albedo: [f32; 3], mask: Option<AlphaMask>) -> u32 {
-        self.materials.push(Material { name: name.into(), albedo, mask: mask.map(Arc::new) });
+        self.materials.push(Material { mask: mask.map(Arc::new), ..Material::plain(name, albedo) });
         self.materials.len() as u32 - 1
     }
 

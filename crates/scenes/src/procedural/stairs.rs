@@ -57,7 +57,7 @@ pub(super) fn build(seed: u64) -> Parts {
     wings(&mut scene, knot, centre, &mut random);
 
     let views = [[0.25, -1.0, 0.15], [0.8, -0.6, 0.35], [0.55, -0.26, 0.8], [0.06, -0.07, 0.99]];
-    (scene, views, Camera { eye: [13.5, 7.5, 15.5], target: [0.0, 3.2, 0.0], vertical_fov: 0.8 })
+    (scene, views, Camera::new([13.5, 7.5, 15.5], [0.0, 3.2, 0.0], 0.8))
 }
 
 /// A column with base, swelling shaft and capital.

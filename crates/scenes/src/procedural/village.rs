@@ -44,7 +44,7 @@ pub(super) fn build(seed: u64) -> Parts {
         }
     }
     let views = [[0.3, -1.0, 0.2], [0.8, -0.6, 0.35], [0.86, -0.25, 0.44], [0.97, -0.085, 0.23]];
-    (scene, views, Camera { eye: [46.0, 26.0, 54.0], target: [0.0, 3.0, 2.0], vertical_fov: 0.75 })
+    (scene, views, Camera::new([46.0, 26.0, 54.0], [0.0, 3.0, 2.0], 0.75))
 }
 
 fn house(scene: &mut SceneMesh, palette: &Palette, place: &Place, random: &mut Random) {

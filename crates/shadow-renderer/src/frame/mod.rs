@@ -36,6 +36,8 @@ const AMBIENT: f32 = 0.25;
 /// Ambient light by the surface's normal, 1 upwards: most of it without regard to the normal, and slightly more from one
 /// side than from the other, so that shapes and edges stay visible in shadow.
 const AMBIENT_BY_NORMAL: [f32; 3] = [-0.12, 0.35, 0.06];
+/// Albedo of surfaces in pictures without colours.
+const PLAIN_ALBEDO: f32 = 0.6;
 /// Linear RGB of pixels without surface.
 const SKY: [f32; 3] = [0.35, 0.5, 0.75];
 
@@ -48,6 +50,11 @@ impl Frame {
     /// camera that cannot see, [`RenderError::Scene`] as for stacks.
     pub fn render(scene: &Scene, width: u32, height: u32) -> Result<Self, RenderError> {
         raster::render(scene, width, height)
+    }
+
+    /// Gives all surfaces one grey, so that nothing but light and shadow is seen.
+    pub fn paint_plain(&mut self) {
+        self.albedo.fill([PLAIN_ALBEDO; 3]);
     }
 
     /// True where a pixel shows a surface.

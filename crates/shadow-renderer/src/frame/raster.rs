@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 use scenes::vector::{cross, dot, minus, normalize};
-use scenes::{Camera, Scene};
+use scenes::{Camera, Scene, Texture};
 
 use crate::clip::clip;
 use crate::frame::NO_TRIANGLE;
@@ -48,8 +48,17 @@ impl CameraView {
         if distance == 0.0 {
             return Err(RenderError::Camera("eye and target must differ"));
         }
+        /// Cosine from which two directions count as one: 2.6 degrees.
+        const ALONG: f64 = 0.999;
         let forward = normalize(direction);
-        let upwards = if forward[1].abs() > 0.999 { [0.0, 0.0, -1.0] } else { [0.0, 1.0, 0.0] };
+        let wanted = camera.up.map(f64::from);
+        let wanted = if wanted == [0.0, 1.0, 0.0] { wanted } else { normalize(wanted) };
+        let usable = wanted.iter().all(|c| c.is_finite()) && dot(forward, wanted).abs() <= ALONG;
+        let upwards = match (usable, forward[1].abs() > ALONG) {
+            (true, _) => wanted,
+            (false, true) => [0.0, 0.0, -1.0],
+            (false, false) => [0.0, 1.0, 0.0],
+        };
         let right = normalize(cross(forward, upwards));
         let half = (0.5 * fov).tan();
         let size = [f64::from(width), f64::from(height)];
@@ -156,6 +165,13 @@ impl Surface {
         Self { normal: cross(e2, e1), along_u: cross(e2, s), along_v: cross(s, e1) }
     }
 
+    /// Weights of the corners where the ray meets the plane, which need not lie in the triangle; not finite for a ray along it.
+    fn weights_on_plane(&self, ray: [f64; 3]) -> [f64; 3] {
+        let across = dot(ray, self.normal);
+        let (u, v) = (dot(ray, self.along_u) / across, dot(ray, self.along_v) / across);
+        [1.0 - u - v, u, v]
+    }
+
     /// Weights of the corners where the ray meets the plane, moved into the triangle.
     fn weights(&self, ray: [f64; 3]) -> Option<[f64; 3]> {
         let across = dot(ray, self.normal);
@@ -164,6 +180,74 @@ impl Surface {
         let sum = (u + v).max(1.0);
         let (u, v) = (u / sum, v / sum);
         (across != 0.0 && u.is_finite() && v.is_finite()).then_some([(1.0 - u - v).max(0.0), u, v])
+    }
+}
+
+/// The unit normal of a triangle's front.
+pub(crate) fn flat_normal(scene: &Scene, triangle: usize) -> [f32; 3] {
+    let [a, b, c] = scene.triangles[triangle].map(|i| scene.vertices[i as usize].position.map(f64::from));
+    normalize(cross(minus(b, a), minus(c, a))).map(|c| c as f32)
+}
+
+/// Whether the scene's camera looks at the back of a triangle that has none.
+pub(crate) fn is_hidden(scene: &Scene, triangle: usize) -> bool {
+    let material = scene.triangle_material[triangle] as usize;
+    if !scene.materials[material].one_sided {
+        return false;
+    }
+    let [a, b, c] = scene.triangles[triangle].map(|i| scene.vertices[i as usize].position.map(f64::from));
+    dot(cross(minus(b, a), minus(c, a)), minus(scene.camera.eye.map(f64::from), a)) <= 0.0
+}
+
+/// Albedo where a triangle is seen.
+struct Paint<'a> {
+    factor: [f32; 3],
+    texture: Option<&'a Texture>,
+    uv: [[f64; 2]; 3],
+    tint: Option<[[f32; 4]; 3]>,
+}
+
+impl<'a> Paint<'a> {
+    fn of(scene: &'a Scene, triangle: usize) -> Self {
+        let material = &scene.materials[scene.triangle_material[triangle] as usize];
+        let corners = scene.triangles[triangle];
+        let tint = |i: u32| scene.colors.get(i as usize).copied().unwrap_or([1.0; 4]);
+        Self {
+            factor: material.factor,
+            texture: material.texture.as_ref(),
+            uv: corners.map(|i| scene.vertices[i as usize].uv.map(f64::from)),
+            tint: (!scene.colors.is_empty()).then(|| corners.map(tint)),
+        }
+    }
+
+    fn uv(&self, w: [f64; 3]) -> [f64; 2] {
+        [0, 1].map(|k| (0..3).map(|corner| w[corner] * self.uv[corner][k]).sum())
+    }
+
+    /// By the weights of the corners at the pixel; `beside` are those at the pixels to the right and below, on the plane.
+    fn albedo(&self, w: [f64; 3], beside: impl FnOnce() -> [[f64; 3]; 2]) -> [f32; 3] {
+        /// Stands for no change from pixel to pixel.
+        const LEAST_FOOTPRINT: f64 = 1e-9;
+        let mut albedo = self.factor;
+        if let Some(tint) = &self.tint {
+            let mixed =
+                [0, 1, 2].map(|k| (0..3).map(|corner| w[corner] as f32 * tint[corner][k]).sum::<f32>());
+            (0..3).for_each(|k| albedo[k] *= mixed[k]);
+        }
+        if let Some(texture) = self.texture {
+            let (uv, size) = (self.uv(w), texture.size().map(f64::from));
+            let step = |w: [f64; 3]| {
+                let next = self.uv(w);
+                ((next[0] - uv[0]) * size[0]).hypot((next[1] - uv[1]) * size[1])
+            };
+            let [right, below] = beside().map(step);
+            let footprint = right.max(below);
+            // The finest level where the plane is seen from its side and ends nowhere.
+            let level = if footprint.is_finite() { footprint.max(LEAST_FOOTPRINT).log2() } else { 0.0 };
+            let colour = texture.sample(uv, level);
+            (0..3).for_each(|k| albedo[k] *= colour[k]);
+        }
+        albedo
     }
 }
 
@@ -178,6 +262,7 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
         .triangles
         .par_iter()
         .enumerate()
+        .filter(|(index, _)| !is_hidden(scene, *index))
         .flat_map_iter(|(index, triangle)| {
             let polygon = view.clip(triangle.map(|i| view.camera_space(position(i))));
             let pixels: Vec<[i32; 2]> = polygon.iter().map(|&c| view.pixel(c)).collect();
@@ -210,6 +295,7 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
             let world = corners.map(|v| v.position.map(f64::from));
             let surface = Surface::new(view.eye, world);
             let material = &scene.materials[scene.triangle_material[source as usize] as usize];
+            let paint = Paint::of(scene, source as usize);
             let mix = |w: [f64; 3], v: [[f64; 3]; 3]| {
                 [0, 1, 2].map(|k| w[0] * v[0][k] + w[1] * v[1][k] + w[2] * v[2][k])
             };
@@ -224,17 +310,15 @@ pub(crate) fn render(scene: &Scene, width: u32, height: u32) -> Result<Frame, Re
                     if distance >= nearest[pixel] {
                         continue;
                     }
-                    if let Some(mask) = &material.mask {
-                        let uv =
-                            [0, 1].map(|k| (0..3).map(|c| w[c] * f64::from(corners[c].uv[k])).sum::<f64>());
-                        if !mask.passes(uv) {
-                            continue;
-                        }
+                    if material.mask.as_ref().is_some_and(|mask| !mask.passes(paint.uv(w))) {
+                        continue;
                     }
                     nearest[pixel] = distance;
                     triangle[pixel] = source;
                     position[pixel] = p.map(|c| c as f32);
-                    albedo[pixel] = material.albedo;
+                    let beside =
+                        || [(x + 1, y), (x, y + 1)].map(|(x, y)| surface.weights_on_plane(view.ray(x, y)));
+                    albedo[pixel] = paint.albedo(w, beside);
                     let n = mix(w, corners.map(|v| v.normal.map(f64::from)));
                     let n = if dot(n, n) > 1e-12 { n } else { surface.normal };
                     let sign = if dot(n, from_eye) > 0.0 { -1.0 } else { 1.0 };

@@ -1,7 +1,7 @@
 //! Compute shaders, bound by name like the passes of the raster pipeline.
 
 use graphics_device::{DeviceError, GraphicsDevice};
-use shaders::{EntryPoint, Module};
+use shaders::{EntryPoint, Module, Stage};
 
 use super::bind::{Resource, bind};
 
@@ -15,15 +15,36 @@ impl ComputeShader {
     /// Compiles one entry point of a WGSL module.
     pub(super) fn new(gpu: &GraphicsDevice, source: &str, name: &str) -> Result<Self, DeviceError> {
         let entry_point = Module::new(source)?.entry_point(name)?.clone();
+        Ok(Self::of(gpu, &gpu.shader(source), entry_point))
+    }
+
+    /// Compiles the only compute shader of a module.
+    pub(super) fn only(gpu: &GraphicsDevice, source: &str) -> Result<Self, DeviceError> {
+        let entry_point = Module::new(source)?.only(Stage::Compute)?.clone();
+        Ok(Self::of(gpu, &gpu.shader(source), entry_point))
+    }
+
+    /// The same without run-time checks.
+    ///
+    /// # Safety
+    /// As for [`GraphicsDevice::shader_unchecked`].
+    pub(super) unsafe fn only_unchecked(gpu: &GraphicsDevice, source: &str) -> Result<Self, DeviceError> {
+        let entry_point = Module::new(source)?.only(Stage::Compute)?.clone();
+        // SAFETY: the caller vouches for it.
+        let module = unsafe { gpu.shader_unchecked(source) };
+        Ok(Self::of(gpu, &module, entry_point))
+    }
+
+    fn of(gpu: &GraphicsDevice, module: &wgpu::ShaderModule, entry_point: EntryPoint) -> Self {
         let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
+            label: Some(&entry_point.name),
             layout: None,
-            module: &gpu.shader(source),
-            entry_point: Some(name),
+            module,
+            entry_point: Some(&entry_point.name),
             compilation_options: Default::default(),
             cache: None,
         });
-        Ok(Self { pipeline, entry_point })
+        Self { pipeline, entry_point }
     }
 
     /// Workgroups along x and y for so many threads.

@@ -11,7 +11,9 @@ use scenes::vector::normalize;
 use shaders::{FrameShaders, TexelFormat};
 use wgpu::{TextureFormat as Format, TextureUsages as Uses};
 
-use super::filter_chain::{Chain, map_resources};
+use super::bind::Resource;
+use super::compute_frame::{ComputeMaps, ComputeShading};
+use super::filter_chain::{Chain, filtered, map_resources};
 use super::geometry::{Geometry, LightPass, Surfaces};
 use super::raster_pass::RasterPass;
 use crate::light_frame::check_size;
@@ -34,6 +36,39 @@ pub struct FrameSettings {
     pub bias: f32,
     /// Shadows are divided by 1 minus this.
     pub leak_reduction: f32,
+    /// How everything but the depth map and the surfaces is computed.
+    pub route: Route,
+}
+
+/// How the passes after rasterisation are run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Route {
+    /// As fragment shaders.
+    Fragment,
+    /// As compute shaders.
+    Compute,
+    /// As compute shaders without run-time checks of indices.
+    Unchecked,
+}
+
+/// Numbers passes as they are drawn.
+pub(super) struct Stamps<'a> {
+    pub timer: Option<&'a PassTimer>,
+    names: Vec<&'static str>,
+}
+
+impl Stamps<'_> {
+    /// Draws a pass of the raster pipeline.
+    pub(super) fn draw(&mut self, encoder: &mut wgpu::CommandEncoder, name: &'static str, pass: &RasterPass) {
+        let number = self.next(name);
+        pass.draw(encoder, self.timer.map(|timer| timer.writes(number)));
+    }
+
+    /// The number of the next pass.
+    pub(super) fn next(&mut self, name: &'static str) -> u32 {
+        self.names.push(name);
+        self.names.len() as u32 - 1
+    }
 }
 
 /// GPU times of one pass.
@@ -157,9 +192,14 @@ impl FrameRenderer {
 struct Prepared {
     light: LightPass,
     surfaces: RasterPass,
-    chain: Option<Chain>,
-    shade: Shading,
+    steps: Steps,
     timer: Option<PassTimer>,
+}
+
+/// The passes that a technique brings.
+enum Steps {
+    Fragment(Option<Chain>, Shading),
+    Compute(Option<ComputeMaps>, ComputeShading),
 }
 
 impl Prepared {
@@ -179,45 +219,63 @@ impl Prepared {
         let (surfaces, seen) = renderer.geometry.surfaces(gpu, scene, size)?;
         let light_rows = light_uniform(&frame, renderer.scene_light, settings);
         let light_rows = gpu.buffer_of("light", &light_rows, wgpu::BufferUsages::UNIFORM);
-        let (shade, chain) = match shaders {
-            FrameShaders::Prefiltered { resolve, rows, columns, halve, shade, textures, format } => {
-                let formats =
-                    textures.iter().map(|&channels| texture_format(*format, channels)).collect::<Vec<_>>();
-                let passes = [resolve, rows, columns, halve].map(String::as_str);
-                (shade, Some(Chain::new(gpu, passes, &formats, settings, &light.depths)?))
+        let formats: Vec<Format> = match shaders {
+            FrameShaders::Prefiltered { textures, format, .. } => {
+                textures.iter().map(|&channels| texture_format(*format, channels)).collect()
             }
-            FrameShaders::Comparison { shade } => (shade, None),
+            FrameShaders::Comparison { .. } => Vec::new(),
         };
-        let maps = chain.as_ref().map_or(&[][..], |chain| &chain.maps);
-        let shade = Shading::new(gpu, shade, &seen, &light_rows, maps, &light.depths)?;
-        Ok(Self { light, surfaces, chain, shade, timer: PassTimer::new(gpu, PASSES) })
+        let depths = &light.depths;
+        let steps = if settings.route == Route::Fragment {
+            let (shade, chain) = match shaders {
+                FrameShaders::Prefiltered { resolve, rows, columns, halve, shade, .. } => {
+                    let passes = [resolve, rows, columns, halve].map(String::as_str);
+                    (shade, Some(Chain::new(gpu, passes, &formats, settings, depths)?))
+                }
+                FrameShaders::Comparison { shade, .. } => (shade, None),
+            };
+            let views = whole(chain.as_ref().map_or(&[][..], |chain| &chain.maps));
+            let linear = linear(gpu);
+            let resources = shading_resources(&seen, &light_rows, (&views, &linear), depths);
+            Steps::Fragment(chain, Shading::new(gpu, shade, resources, size)?)
+        } else {
+            let (shade, maps) = match shaders {
+                FrameShaders::Prefiltered { compute, .. } => {
+                    (&compute.shade, Some(ComputeMaps::new(gpu, compute, &formats, settings, depths)?))
+                }
+                FrameShaders::Comparison { compute_shade, .. } => (compute_shade, None),
+            };
+            let views = whole(maps.as_ref().map_or(&[][..], |maps| &maps.maps));
+            let linear = linear(gpu);
+            let resources = shading_resources(&seen, &light_rows, (&views, &linear), depths);
+            Steps::Compute(maps, ComputeShading::new(gpu, (shade, settings.route), resources, size)?)
+        };
+        Ok(Self { light, surfaces, steps, timer: PassTimer::new(gpu, PASSES) })
     }
 
     /// Renders a frame and waits for it: its passes with their times, none without timestamps.
     fn draw(&self, gpu: &GraphicsDevice) -> Result<Vec<(&'static str, Duration)>, RenderError> {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let mut names = Vec::new();
-        let mut stamp = |name: &'static str| {
-            names.push(name);
-            self.timer.as_ref().map(|timer| timer.writes(names.len() as u32 - 1))
-        };
-        self.light.pass.draw(&mut encoder, stamp("shadow map"));
-        if let Some(chain) = &self.chain {
-            chain.resolve.draw(&mut encoder, stamp("resolve"));
-            chain.rows.draw(&mut encoder, stamp("filter rows"));
-            chain.columns.draw(&mut encoder, stamp("filter columns"));
-            if let [first, .., last] = chain.levels.as_slice() {
-                // From the beginning of the first level to the end of the last.
-                let whole = stamp("mip maps");
-                first.draw(&mut encoder, whole.clone().map(PassTimer::begin_only));
-                for level in &chain.levels[1..chain.levels.len() - 1] {
-                    level.draw(&mut encoder, None);
+        let mut stamps = Stamps { timer: self.timer.as_ref(), names: Vec::new() };
+        stamps.draw(&mut encoder, "shadow map", &self.light.pass);
+        match &self.steps {
+            Steps::Fragment(chain, _) => {
+                if let Some(chain) = chain {
+                    chain.draw(&mut encoder, &mut stamps);
                 }
-                last.draw(&mut encoder, whole.map(PassTimer::end_only));
+            }
+            Steps::Compute(maps, _) => {
+                if let Some(maps) = maps {
+                    maps.draw(&mut encoder, &mut stamps);
+                }
             }
         }
-        self.surfaces.draw(&mut encoder, stamp("surfaces"));
-        self.shade.pass.draw(&mut encoder, stamp("shade"));
+        stamps.draw(&mut encoder, "surfaces", &self.surfaces);
+        match &self.steps {
+            Steps::Fragment(_, shade) => stamps.draw(&mut encoder, "shade", &shade.pass),
+            Steps::Compute(_, shade) => shade.draw(&mut encoder, &mut stamps),
+        }
+        let mut names = stamps.names;
         if let Some(timer) = &self.timer {
             timer.resolve(&mut encoder, names.len());
         }
@@ -230,11 +288,19 @@ impl Prepared {
     }
 
     fn read(&self, gpu: &GraphicsDevice, settings: &FrameSettings) -> Result<GpuFrame, RenderError> {
-        let pixels = gpu.read_texture(&self.shade.colour)?;
+        let (maps, colour, shadow) = match &self.steps {
+            Steps::Fragment(chain, shade) => {
+                (chain.as_ref().map(|chain| &chain.maps), &shade.colour, &shade.shadow)
+            }
+            Steps::Compute(maps, shade) => {
+                (maps.as_ref().map(|maps| &maps.maps), &shade.colour, &shade.shadow)
+            }
+        };
+        let pixels = gpu.read_texture(colour)?;
         let image = image::RgbaImage::from_raw(settings.width, settings.height, pixels)
             .ok_or_else(|| DeviceError::Failed("the picture has another size".to_owned()))?;
-        let shadow = gpu.read_texture(&self.shade.shadow)?;
-        let filtered = self.chain.as_ref().map(|chain| chain.filtered(gpu)).transpose()?.flatten();
+        let shadow = gpu.read_texture(shadow)?;
+        let filtered = maps.map(|maps| filtered(gpu, maps)).transpose()?.flatten();
         Ok(GpuFrame { image, shadow, filtered })
     }
 }
@@ -267,6 +333,39 @@ fn light_uniform(light: &LightFrame, towards: [f64; 3], settings: &FrameSettings
     ]
 }
 
+/// Views of all levels.
+fn whole(maps: &[wgpu::Texture]) -> Vec<wgpu::TextureView> {
+    maps.iter().map(|map| map.create_view(&Default::default())).collect()
+}
+
+fn linear(gpu: &GraphicsDevice) -> wgpu::Sampler {
+    gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        mipmap_filter: wgpu::MipmapFilterMode::Linear,
+        ..Default::default()
+    })
+}
+
+/// What shading reads, by name.
+fn shading_resources<'a>(
+    surfaces: &'a Surfaces,
+    light: &'a wgpu::Buffer,
+    (maps, linear): (&'a [wgpu::TextureView], &'a wgpu::Sampler),
+    depths: &'a wgpu::TextureView,
+) -> Vec<Resource<'a>> {
+    let mut resources = map_resources(maps);
+    resources.push(("light", light.as_entire_binding()));
+    resources.push(("linear", wgpu::BindingResource::Sampler(linear)));
+    let named = ["positions", "normals", "albedos"].into_iter().zip(surfaces);
+    resources.extend(
+        named
+            .chain([("depths", depths)])
+            .map(|(name, view)| (name, wgpu::BindingResource::TextureView(view))),
+    );
+    resources
+}
+
 struct Shading {
     pass: RasterPass,
     colour: wgpu::Texture,
@@ -277,29 +376,12 @@ impl Shading {
     fn new(
         gpu: &GraphicsDevice,
         shader: &str,
-        surfaces: &Surfaces,
-        light: &wgpu::Buffer,
-        maps: &[wgpu::Texture],
-        depths: &wgpu::TextureView,
+        resources: Vec<Resource<'_>>,
+        size: (u32, u32),
     ) -> Result<Self, DeviceError> {
-        let seen = surfaces[0].texture();
         let usage = Uses::RENDER_ATTACHMENT | Uses::COPY_SRC;
-        let [colour, shadow] = [Format::Rgba8Unorm, Format::R32Float]
-            .map(|format| gpu.texture(format, (seen.width(), seen.height()), 1, 1, usage));
-        let linear = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-            mag_filter: wgpu::FilterMode::Linear,
-            min_filter: wgpu::FilterMode::Linear,
-            mipmap_filter: wgpu::MipmapFilterMode::Linear,
-            ..Default::default()
-        });
-        let views: Vec<_> = maps.iter().map(|map| map.create_view(&Default::default())).collect();
-        let mut resources = map_resources(&views);
-        resources.push(("light", light.as_entire_binding()));
-        resources.push(("linear", wgpu::BindingResource::Sampler(&linear)));
-        let named = ["positions", "normals", "albedos"].into_iter().zip(surfaces);
-        for (name, view) in named.chain([("depths", depths)]) {
-            resources.push((name, wgpu::BindingResource::TextureView(view)));
-        }
+        let [colour, shadow] =
+            [Format::Rgba8Unorm, Format::R32Float].map(|format| gpu.texture(format, size, 1, 1, usage));
         let to = [&colour, &shadow].map(|texture| texture.create_view(&Default::default()));
         let pass = RasterPass::new(gpu, shader, &resources, Vec::new(), to.to_vec(), None)?;
         Ok(Self { pass, colour, shadow })

@@ -2,13 +2,14 @@
 
 use bytemuck::{Pod, Zeroable};
 use graphics_device::{DeviceError, GraphicsDevice};
-use scenes::{Material, Scene, Vertex};
+use scenes::Scene;
 use wgpu::{BufferUsages as Usage, CompareFunction, TextureFormat as Format, TextureUsages as Uses};
 
 use super::bind::Resource;
+use super::colour::TextureBuffers;
 use super::raster_pass::{Corners, Depth, RasterPass};
 use super::{DEPTH_MAP, SURFACES};
-use crate::frame::raster::CameraView;
+use crate::frame::raster::{CameraView, flat_normal, is_hidden};
 use crate::stack::fixed_point::Masks;
 use crate::{LightFrame, RenderError};
 
@@ -17,22 +18,21 @@ const PIECE_BYTES: usize = 72 << 20;
 
 const DEPTH: Format = Format::Depth32Float;
 
-/// Corners of all triangles; `corner` is given the index of the alpha mask, too.
+/// Corners of the triangles that are wanted; `corner` is given the triangle and the number of one of its vertices.
 fn upload<T: Pod>(
     gpu: &GraphicsDevice,
     scene: &Scene,
-    masks: &Masks,
-    corner: impl Fn(&Vertex, &Material, u32) -> T,
+    wanted: impl Fn(usize) -> bool,
+    corner: impl Fn(usize, usize) -> T,
 ) -> Vec<Corners> {
     let triangles_each = PIECE_BYTES / (3 * size_of::<T>());
-    let triangles = scene.triangles.chunks(triangles_each);
-    let pieces = triangles.zip(scene.triangle_material.chunks(triangles_each));
-    let corners = pieces.map(|(triangles, materials)| {
-        let corners = triangles.iter().zip(materials).flat_map(|(triangle, &material)| {
-            let (of, mask) = (&scene.materials[material as usize], masks.of_material[material as usize]);
-            triangle.map(|i| corner(&scene.vertices[i as usize], of, mask))
-        });
-        let corners: Vec<T> = corners.collect();
+    let firsts = (0..scene.triangles.len()).step_by(triangles_each);
+    let corners = firsts.map(|first| {
+        let last = scene.triangles.len().min(first + triangles_each);
+        let triangles = (first..last).filter(|&triangle| wanted(triangle));
+        let corners: Vec<T> = triangles
+            .flat_map(|triangle| scene.triangles[triangle].map(|vertex| corner(triangle, vertex as usize)))
+            .collect();
         (gpu.buffer_of("corners", &corners, Usage::VERTEX), corners.len() as u32)
     });
     corners.collect()
@@ -84,12 +84,15 @@ impl LightPass {
         frame: &LightFrame,
         samples: u32,
     ) -> Result<Self, DeviceError> {
-        let corners = upload(gpu, scene, masks, |vertex, _, mask| {
+        let corner = |triangle: usize, index: usize| {
+            let vertex = &scene.vertices[index];
+            let mask = masks.of_material[scene.triangle_material[triangle] as usize];
             let [x, y, depth] = frame.project(vertex.position.map(f64::from));
             let across = 2.0 * x / f64::from(frame.width) - 1.0;
             let down = 2.0 * y / f64::from(frame.height) - 1.0;
             LightCorner { position: [across as f32, -down as f32, depth as f32], uv: vertex.uv, mask }
-        });
+        };
+        let corners = upload(gpu, scene, |_| true, corner);
         let size = (frame.width, frame.height);
         let usage = Uses::RENDER_ATTACHMENT | Uses::TEXTURE_BINDING;
         let depths = gpu.texture(DEPTH, size, 1, samples, usage).create_view(&Default::default());
@@ -118,6 +121,7 @@ pub(super) struct Geometry {
     corners: Vec<Corners>,
     masks: Masks,
     buffers: MaskBuffers,
+    textures: TextureBuffers,
 }
 
 /// A vertex of surfaces.wgsl.
@@ -129,6 +133,7 @@ struct SurfaceCorner {
     albedo: [f32; 3],
     uv: [f32; 2],
     mask: u32,
+    texture: u32,
 }
 
 /// Positions, normals and albedos of what the camera sees.
@@ -137,15 +142,24 @@ pub(super) type Surfaces = [wgpu::TextureView; 3];
 impl Geometry {
     pub(super) fn upload(gpu: &GraphicsDevice, scene: &Scene) -> Result<Self, RenderError> {
         let masks = Masks::new(scene)?;
-        let corners = upload(gpu, scene, &masks, |vertex, material, mask| SurfaceCorner {
-            position: vertex.position,
-            normal: vertex.normal,
-            albedo: material.albedo,
-            uv: vertex.uv,
-            mask,
-        });
+        let textures = TextureBuffers::upload(gpu, scene);
+        let corner = |triangle: usize, index: usize| {
+            let (vertex, number) = (&scene.vertices[index], scene.triangle_material[triangle]);
+            let tint = scene.colors.get(index).copied().unwrap_or([1.0; 4]);
+            let material = &scene.materials[number as usize];
+            let normal = if vertex.normal == [0.0; 3] { flat_normal(scene, triangle) } else { vertex.normal };
+            SurfaceCorner {
+                position: vertex.position,
+                normal,
+                albedo: [0, 1, 2].map(|k| material.factor[k] * tint[k]),
+                uv: vertex.uv,
+                mask: masks.of_material[number as usize],
+                texture: textures.of_material(number),
+            }
+        };
+        let corners = upload(gpu, scene, |triangle| !is_hidden(scene, triangle), corner);
         let buffers = MaskBuffers::upload(gpu, &masks);
-        Ok(Self { corners, masks, buffers })
+        Ok(Self { corners, masks, buffers, textures })
     }
 
     /// The light's depth map with so many samples.
@@ -170,14 +184,16 @@ impl Geometry {
             let texture = gpu.texture(format, (width, height), 1, 1, Uses::RENDER_ATTACHMENT | more);
             texture.create_view(&Default::default())
         };
-        let surfaces = [Format::Rgba32Float, Format::Rgba16Float, Format::Rgba8Unorm]
+        // Albedo is linear to the shaders that write and read it, and its dark shades need the bits.
+        let surfaces = [Format::Rgba32Float, Format::Rgba16Float, Format::Rgba8UnormSrgb]
             .map(|format| target(format, Uses::TEXTURE_BINDING));
         // Depth is reversed: 1 at the near plane, 0 at infinity.
         let view = target(DEPTH, Uses::empty());
         let depth = Depth { view, compare: CompareFunction::Greater, clear: 0.0 };
         let rows = CameraView::new(&scene.camera, width, height)?.clip_rows();
         let camera = gpu.buffer_of("camera", &rows, Usage::UNIFORM);
-        let resources = self.buffers.with("camera", &camera);
+        let mut resources = self.buffers.with("camera", &camera).to_vec();
+        resources.extend(self.textures.resources());
         let (corners, colours) = (self.corners.clone(), surfaces.to_vec());
         let pass = RasterPass::new(gpu, SURFACES, &resources, corners, colours, Some(depth))?;
         Ok((pass, surfaces))

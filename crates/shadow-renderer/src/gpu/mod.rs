@@ -3,19 +3,23 @@
 
 mod abuffer;
 mod bind;
+mod colour;
 mod compute_chain;
+mod compute_frame;
 mod compute_shader;
 mod depth_map;
 mod filter_chain;
 mod frame_renderer;
 mod geometry;
+mod limits;
 mod raster_pass;
 mod work_items;
 
 pub(crate) use abuffer::{ABuffer, ChunkSizes};
 pub use compute_chain::{ComputeChain, ComputePass, Content};
 pub use depth_map::{DepthMap, SUPERSAMPLE_8, Sampling};
-pub use frame_renderer::{FrameRenderer, FrameSettings, GpuFrame, PassTimes, WHOLE_FRAME};
+pub use frame_renderer::{FrameRenderer, FrameSettings, GpuFrame, PassTimes, Route, WHOLE_FRAME};
+pub use limits::DeviceLimits;
 
 /// Bytes of a storage binding that every graphics adapter offers.
 pub const BINDING_BYTES: u64 = 128 << 20;
@@ -25,7 +29,8 @@ const SCAN: &str = include_str!("scan.wgsl");
 const SORT: &str = include_str!("sort.wgsl");
 const DEPTH_MAP: &str = concat!(include_str!("mask.wgsl"), include_str!("depth_map.wgsl"));
 const READ_DEPTHS: &str = include_str!("read_depths.wgsl");
-const SURFACES: &str = concat!(include_str!("mask.wgsl"), include_str!("surfaces.wgsl"));
+const SURFACES: &str =
+    concat!(include_str!("mask.wgsl"), include_str!("colour.wgsl"), include_str!("surfaces.wgsl"));
 
 #[cfg(test)]
 mod tests {

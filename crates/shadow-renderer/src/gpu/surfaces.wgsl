@@ -15,9 +15,10 @@ struct Corner {
     @builtin(position) clip: vec4<f32>,
     @location(0) position: vec3<f32>,
     @location(1) normal: vec3<f32>,
-    @location(2) @interpolate(flat) albedo: vec3<f32>,
+    @location(2) albedo: vec3<f32>,
     @location(3) uv: vec2<f32>,
     @location(4) @interpolate(flat) mask_index: u32,
+    @location(5) @interpolate(flat) texture_index: u32,
 }
 
 @vertex
@@ -27,10 +28,11 @@ fn corner(
     @location(2) albedo: vec3<f32>,
     @location(3) uv: vec2<f32>,
     @location(4) mask_index: u32,
+    @location(5) texture_index: u32,
 ) -> Corner {
     let p = vec4<f32>(position, 1.0);
     let clip = vec4<f32>(dot(camera.x, p), dot(camera.y, p), dot(camera.z, p), dot(camera.w, p));
-    return Corner(clip, position, normal, albedo, uv, mask_index);
+    return Corner(clip, position, normal, albedo, uv, mask_index, texture_index);
 }
 
 struct Surface {
@@ -41,10 +43,14 @@ struct Surface {
 
 @fragment
 fn surface(corner: Corner) -> Surface {
+    // Before any pixel is given up, as neighbours take part.
+    let across = dpdx(corner.uv);
+    let down = dpdy(corner.uv);
     if is_masked_out(corner.mask_index, corner.uv) {
         discard;
     }
+    let albedo = corner.albedo * colour(corner.texture_index, corner.uv, across, down);
     let n = normalize(corner.normal);
     let facing = select(n, -n, dot(n, corner.position - camera.eye.xyz) > 0.0);
-    return Surface(vec4<f32>(corner.position, 1.0), vec4<f32>(facing, 0.0), vec4<f32>(corner.albedo, 1.0));
+    return Surface(vec4<f32>(corner.position, 1.0), vec4<f32>(facing, 0.0), vec4<f32>(albedo, 1.0));
 }

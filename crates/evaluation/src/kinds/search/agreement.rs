@@ -3,7 +3,7 @@
 use super::records::SearchAgreementRecord;
 use super::sweep::Sweep;
 use moment_problem::BasisFunction;
-use moment_problem::fast_simplex::{FastFragment, FastSimplex, SupportColumns, reference_bound};
+use moment_problem::fast_simplex::{FastFragment, SupportColumns, reference_bound};
 use random_stream::Random;
 use rayon::prelude::*;
 
@@ -28,12 +28,7 @@ fn one(
     let members = sweep.members(order, number);
     let columns = SupportColumns::new(&sweep.workload.table, &members).ok()?;
     let block = sweep.workload.blocks.last()?;
-    let control = sweep.controls[order].last()?;
-    let solution = FastSimplex::new(&columns, sweep.experiment.tolerance).solve_near(
-        &block.kernels,
-        &block.fragments,
-        &control.starts(),
-    );
+    let (solved, _) = sweep.solve(sweep.workload.blocks.len() - 1, order, &members)?;
     let names: Vec<&str> = members.iter().map(|&member| functions[member].name()).collect();
     let mut record = SearchAgreementRecord {
         basis: names.join(", "),
@@ -47,11 +42,10 @@ fn one(
         let place = ((random.unit() * count as f64) as usize).min(count - 1);
         let FastFragment { kernel, step, .. } = block.fragments[place];
         record.fragments += 1;
-        let bound = &solution.bounds[place];
-        record.largest_gap = record.largest_gap.max(bound.lower - bound.lower_proved);
+        record.largest_gap = record.largest_gap.max(solved.lower[place] - solved.proved[place]);
         match reference_bound(&columns, &block.kernels[kernel as usize], step) {
             Ok(value) => {
-                let difference = (bound.lower - value).abs();
+                let difference = (solved.lower[place] - value).abs();
                 record.largest_disagreement = record.largest_disagreement.max(difference);
             }
             Err(_) => record.failed += 1,

@@ -4,6 +4,7 @@ use super::workload::{Block, Workload};
 use crate::shards;
 use crate::statistics::{Mean, Running, stratified};
 use moment_problem::fast_simplex::FastSolution;
+use moment_problem::lane_simplex::BatchSolution;
 
 /// What a block says about a candidate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,14 +21,42 @@ pub(crate) struct Verdict {
     pub(crate) uncertified: u32,
 }
 
+/// What a solver says about a block, whichever it was.
+pub(crate) struct Solved {
+    /// G.
+    pub(crate) lower: Vec<f64>,
+    /// What is proved.
+    pub(crate) proved: Vec<f64>,
+    exact: usize,
+    pub(crate) uncertified: usize,
+}
+
+impl From<&FastSolution> for Solved {
+    fn from(solution: &FastSolution) -> Self {
+        Self {
+            lower: solution.bounds.iter().map(|bound| bound.lower).collect(),
+            proved: solution.bounds.iter().map(|bound| bound.lower_proved).collect(),
+            exact: solution.exact,
+            uncertified: solution.uncertified.len(),
+        }
+    }
+}
+
+impl From<BatchSolution> for Solved {
+    fn from(solution: BatchSolution) -> Self {
+        let BatchSolution { lower, proved, exact, uncertified, .. } = solution;
+        Self { lower, proved, exact, uncertified: uncertified.len() }
+    }
+}
+
 /// |G - F| of one basis on the fragments of a block, in their order.
-pub(crate) fn errors(block: &Block, solution: &FastSolution) -> Vec<f64> {
-    let pairs = solution.bounds.iter().zip(&block.entries);
-    pairs.map(|(bound, entry)| (bound.lower - entry.reference).abs()).collect()
+pub(crate) fn errors(block: &Block, solution: &Solved) -> Vec<f64> {
+    let pairs = solution.lower.iter().zip(&block.entries);
+    pairs.map(|(lower, entry)| (lower - entry.reference).abs()).collect()
 }
 
 /// Compares a solution with the control's errors on the same block.
-pub(crate) fn judge(workload: &Workload, block: &Block, solution: &FastSolution, control: &[f64]) -> Verdict {
+pub(crate) fn judge(workload: &Workload, block: &Block, solution: &Solved, control: &[f64]) -> Verdict {
     let views = workload.views.len();
     let mut differences = vec![Running::default(); views];
     let mut sums = block.idle.clone();
@@ -52,9 +81,9 @@ pub(crate) fn judge(workload: &Workload, block: &Block, solution: &FastSolution,
     Verdict {
         error: (0..views).map(mean).sum::<f64>() / views as f64,
         difference: stratified(&differences, &all),
-        programs: solution.bounds.len() as u32,
+        programs: solution.lower.len() as u32,
         exact: solution.exact as u32,
-        uncertified: solution.uncertified.len() as u32,
+        uncertified: solution.uncertified as u32,
     }
 }
 

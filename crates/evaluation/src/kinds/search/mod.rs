@@ -8,6 +8,7 @@
 
 mod agreement;
 mod candidates;
+mod card;
 pub(crate) mod judge;
 mod records;
 mod run;

@@ -2,6 +2,7 @@
 
 use super::agreement::compare;
 use super::candidates::class;
+use super::card::{self, CardSweep};
 use super::judge::{Finding, Key};
 use super::records::{MarkRecord, SearchRecord, StageRecord};
 use super::settings::SearchExperiment;
@@ -9,19 +10,23 @@ use super::sweep::Sweep;
 use super::timing::time;
 use super::workload::Workload;
 use crate::error::EvaluationError;
-use crate::experiment::Prediction;
 use crate::experiment::kind::RunContext;
+use crate::experiment::{CardPrediction, Prediction};
 use crate::provenance::sha256;
-use crate::run::Recorded;
+use crate::run::{Backend, Recorded};
 use crate::run_directory::RecordedFile;
 use crate::shards::{self, Shard};
 use crate::statistics::{Mean, joined, rounded_to, stratified};
 use moment_problem::BasisFunction;
+use moment_problem_gpu::Card;
 use std::collections::HashMap;
 use std::time::Instant;
 
 /// Steps in 1 of the tables: far below the intervals of errors.
 const STEPS: f64 = 1e7;
+
+/// Fragments of a view that predictions are measured on at most.
+const MEASURED_FRAGMENTS: usize = 32_000;
 
 /// Normal quantile of the intervals: 99 % lie within.
 const INTERVAL_DEVIATIONS: f64 = 2.576;
@@ -39,7 +44,9 @@ impl SearchExperiment {
         let (mut known, mut checkpoint) =
             shards::open::<Finding>(context, &inputs, || sweep.first_keys(Shard::WHOLE))?;
         let shard = context.shard.unwrap_or(Shard::WHOLE);
-        sweep.first(shard, &mut known, &mut checkpoint, context.progress)?;
+        let card = card::chosen(context.backend)?;
+        let on_card = card.as_ref().map(|card| CardSweep::new(&sweep, card)).transpose()?.flatten();
+        sweep.first(shard, on_card.as_ref(), &mut known, &mut checkpoint, context.progress)?;
         if context.shard.is_some() {
             return Ok(Recorded { files: Vec::new(), trials: known.len(), failed: 0, complete: false });
         }
@@ -73,10 +80,12 @@ impl SearchExperiment {
     }
 
     /// Measures some candidates and says what all will cost.
-    pub(crate) fn predict(&self, threads: usize) -> Result<Prediction, EvaluationError> {
+    pub(crate) fn predict(&self, threads: usize, backend: Backend) -> Result<Prediction, EvaluationError> {
         const MEASURED: usize = 24;
-        // The first block says all that is needed, and the later ones can be large.
-        let first = Self { blocks: 1, ..self.clone() };
+        // The first block says all that is needed, and the later ones can be large; so can the only one.
+        let mut first = Self { blocks: 1, ..self.clone() };
+        let share = self.scenery.fragments.div_ceil(MEASURED_FRAGMENTS).max(1) as u64;
+        first.scenery.fragments = self.scenery.fragments.div_ceil(share as usize);
         let (workload, functions) = first.prepare()?;
         let sweep = Sweep::new(&first, &workload, functions.len())?;
         let (mut candidates, mut measured, mut seconds) = (0, 0, 0.0);
@@ -89,13 +98,18 @@ impl SearchExperiment {
             }
             seconds += clock.elapsed().as_secs_f64();
         }
-        let distinct = |block: usize| (workload.blocks[0].fragments.len() as u64) << block.saturating_sub(1);
+        let distinct =
+            |block: usize| (share * workload.blocks[0].fragments.len() as u64) << block.saturating_sub(1);
         let programs = candidates * distinct(0);
         let best = (self.best * self.orders.len()) as u64;
         let later = (1..self.blocks)
             .map(|block| distinct(block) * (candidates / 50u64.pow(block as u32)).max(best.min(candidates)))
             .sum::<u64>();
         let programs_per_second = measured as f64 / seconds.max(1e-9);
+        let card = match card::chosen(backend)? {
+            Some(card) => self.predict_card(&sweep, &card, (programs + later) as f64)?,
+            None => None,
+        };
         /// Bytes of a candidate in checkpoint and table.
         const BYTES: u64 = 190;
         Ok(Prediction {
@@ -106,7 +120,41 @@ impl SearchExperiment {
             threads,
             hours: (programs + later) as f64 / programs_per_second / threads as f64 / 3600.0,
             disk_bytes: candidates * BYTES,
+            card,
         })
+    }
+
+    /// The same on a card, for candidates spread evenly over those of four functions.
+    fn predict_card(
+        &self,
+        sweep: &Sweep<'_>,
+        card: &Card,
+        programs: f64,
+    ) -> Result<Option<CardPrediction>, EvaluationError> {
+        let Some(on_card) = CardSweep::new(sweep, card)? else { return Ok(None) };
+        let keys = on_card.spread(4 * card::TOGETHER);
+        let (mut solved, mut left) = (0u64, 0u64);
+        let mut clock = Instant::now();
+        let mut waiting = None;
+        // The first batch warms up.
+        for (number, batch) in keys.chunks(card::TOGETHER).chain([&[][..]]).enumerate() {
+            let next = on_card.submit(batch)?;
+            let Some(before) = waiting.replace(next) else { continue };
+            for (_, finding) in on_card.finish(before)? {
+                solved += u64::from(finding.verdict.programs);
+                left += u64::from(finding.verdict.exact);
+            }
+            if number == 1 {
+                (solved, left, clock) = (0, 0, Instant::now());
+            }
+        }
+        let programs_per_second = solved as f64 / clock.elapsed().as_secs_f64().max(1e-9);
+        Ok(Some(CardPrediction {
+            adapter: card.name(),
+            programs_per_second,
+            exact: left as f64 / solved.max(1) as f64,
+            hours: programs / programs_per_second.max(1.0) / 3600.0,
+        }))
     }
 }
 

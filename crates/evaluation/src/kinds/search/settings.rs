@@ -6,7 +6,7 @@ use crate::experiment::keys::{in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::kinds::filterable::FilterableTechnique;
-use crate::run::Recorded;
+use crate::run::{Backend, Recorded};
 use applications::BiasSetting;
 use moment_problem::fast_simplex::MAX_ROWS;
 use moment_problem::{Basis, BasisFunction};
@@ -153,12 +153,19 @@ impl Settings for SearchExperiment {
         self.scenery = scenery;
     }
 
+    fn make_exhaustive(&mut self, scenery: &mut SceneSettings) -> bool {
+        // One block of all fragments: nobody leaves before its end.
+        scenery.fragments = self.sampled();
+        self.blocks = 1;
+        true
+    }
+
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         self.evaluate(context)
     }
 
-    fn predict(&self, threads: usize) -> Option<Result<Prediction, EvaluationError>> {
-        Some(self.predict(threads))
+    fn predict(&self, threads: usize, backend: Backend) -> Option<Result<Prediction, EvaluationError>> {
+        Some(self.predict(threads, backend))
     }
 }
 

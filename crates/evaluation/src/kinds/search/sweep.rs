@@ -1,7 +1,8 @@
 //! All candidates on the first block, the best on the later ones.
 
 use super::candidates::Subsets;
-use super::judge::{Finding, Key, Verdict, errors, judge};
+use super::card::{CardSweep, TOGETHER};
+use super::judge::{Finding, Key, Solved, Verdict, errors, judge};
 use super::settings::SearchExperiment;
 use super::workload::{Block, Workload};
 use crate::error::EvaluationError;
@@ -9,6 +10,7 @@ use crate::run::Progress;
 use crate::shards::{Checkpoint, Shard};
 use crate::statistics::{Mean, Running, joined, stratified};
 use moment_problem::fast_simplex::{FastSimplex, FastStart, SupportColumns};
+use moment_problem::lane_simplex::{LaneSimplex, LaneStarts, MAX_FUNCTIONS, ProgramBatch};
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -23,15 +25,25 @@ const KEEP_DEVIATIONS: f64 = 4.0;
 
 /// The control of an order: power moments, on one block.
 pub(crate) struct Control {
-    /// Solutions for power and trigonometric moments: every candidate starts near one of them.
-    starts: [FastStart; 2],
+    /// Every candidate starts near one of these.
+    starts: Starts,
     pub(crate) errors: Vec<f64>,
     pub(crate) verdict: Verdict,
 }
 
+/// Solutions for power and trigonometric moments, for the solver that serves this number of functions.
+enum Starts {
+    Lanes(LaneStarts),
+    Fast([FastStart; 2]),
+}
+
 impl Control {
-    pub(crate) fn starts(&self) -> [&FastStart; 2] {
-        [&self.starts[0], &self.starts[1]]
+    /// The starts, where lanes serve this number of functions.
+    pub(crate) fn lane_starts(&self) -> Option<&LaneStarts> {
+        match &self.starts {
+            Starts::Lanes(starts) => Some(starts),
+            Starts::Fast(_) => None,
+        }
     }
 }
 
@@ -40,6 +52,8 @@ pub(crate) struct Sweep<'a> {
     pub(crate) experiment: &'a SearchExperiment,
     pub(crate) workload: &'a Workload,
     pub(crate) subsets: Vec<Subsets>,
+    /// By block.
+    batches: Vec<ProgramBatch<'a>>,
     /// By order and block.
     pub(crate) controls: Vec<Vec<Control>>,
 }
@@ -53,6 +67,8 @@ impl<'a> Sweep<'a> {
     ) -> Result<Self, EvaluationError> {
         let subsets: Vec<Subsets> =
             experiment.orders.iter().map(|&order| Subsets::new(members, order)).collect();
+        let batch = |block: &'a Block| ProgramBatch::new(&workload.span, &block.kernels, &block.fragments);
+        let batches: Vec<ProgramBatch<'a>> = workload.blocks.par_iter().map(batch).collect();
         let mut controls = Vec::new();
         for &order in &experiment.orders {
             let columns = |functions: &[usize]| {
@@ -61,20 +77,31 @@ impl<'a> Sweep<'a> {
             };
             let power = columns(&workload.powers[..order])?;
             let trigonometric = columns(&workload.waves[..order])?;
-            let of_block = |block: &Block| {
+            let of_block = |(block, batch): (&Block, &ProgramBatch<'_>)| {
                 let solve = |columns: &SupportColumns| {
                     let solver = FastSimplex::new(columns, experiment.tolerance).thorough();
                     solver.solve(&block.kernels, &block.fragments)
                 };
                 let solution = solve(&power);
-                let errors = errors(block, &solution);
-                let verdict = judge(workload, block, &solution, &errors);
+                let solved = Solved::from(&solution);
+                let errors = errors(block, &solved);
+                let verdict = judge(workload, block, &solved, &errors);
                 let starts = [solution.start(), solve(&trigonometric).start()];
+                let starts = if order <= MAX_FUNCTIONS {
+                    Starts::Lanes(LaneStarts::new(batch, [&starts[0], &starts[1]], order + 1))
+                } else {
+                    Starts::Fast(starts)
+                };
                 Control { starts, errors, verdict }
             };
-            controls.push(workload.blocks.par_iter().map(of_block).collect());
+            controls.push(workload.blocks.par_iter().zip(&batches).map(of_block).collect());
         }
-        Ok(Self { experiment, workload, subsets, controls })
+        Ok(Self { experiment, workload, subsets, batches, controls })
+    }
+
+    /// The programs of a block.
+    pub(crate) fn batch(&self, block: usize) -> Option<&ProgramBatch<'a>> {
+        self.batches.get(block)
     }
 
     /// Members of a candidate as indices into the workload's table.
@@ -82,20 +109,48 @@ impl<'a> Sweep<'a> {
         self.subsets[order].subset(number as usize)
     }
 
+    /// Solves the programs of a block for a basis of an order, given by its members; `None` if all of them are constant on
+    /// the support. The second value are those that depend on the ones before them.
+    pub(crate) fn solve(
+        &self,
+        block: usize,
+        order: usize,
+        members: &[usize],
+    ) -> Option<(Solved, Vec<usize>)> {
+        let tolerance = self.experiment.tolerance;
+        let Block { kernels, fragments, .. } = &self.workload.blocks[block];
+        match &self.controls[order][block].starts {
+            Starts::Lanes(starts) => {
+                let columns = self.workload.span.columns(members).ok()?;
+                let support = columns.columns();
+                let dropped = support.dropped().to_vec();
+                let solver = LaneSimplex::new(&columns, tolerance).filter(|_| dropped.is_empty());
+                let solved = match solver {
+                    Some(solver) => solver.solve(&self.batches[block], starts).into(),
+                    // Starts are for another number of rows.
+                    None => Solved::from(&FastSimplex::new(support, tolerance).solve(kernels, fragments)),
+                };
+                Some((solved, dropped))
+            }
+            Starts::Fast([power, trigonometric]) => {
+                let columns = SupportColumns::new(&self.workload.table, members).ok()?;
+                let solver = FastSimplex::new(&columns, tolerance);
+                let solution = solver.solve_near(kernels, fragments, &[power, trigonometric]);
+                Some((Solved::from(&solution), columns.dropped().to_vec()))
+            }
+        }
+    }
+
     /// Judges one candidate on one block. `order` counts the experiment's list.
     pub(crate) fn find(&self, block: usize, order: usize, number: u32) -> Finding {
         let members = self.members(order, number);
-        let Ok(columns) = SupportColumns::new(&self.workload.table, &members) else {
-            // Constant on the support, all of them.
+        let Some((solved, dependent)) = self.solve(block, order, &members) else {
             return Finding { verdict: Verdict::default(), dropped: (1u16 << members.len()) - 1 };
         };
-        let (control, block) = (&self.controls[order][block], &self.workload.blocks[block]);
-        let solver = FastSimplex::new(&columns, self.experiment.tolerance);
-        let solution = solver.solve_near(&block.kernels, &block.fragments, &control.starts());
-        let verdict = judge(self.workload, block, &solution, &control.errors);
-        let is_dropped = |&&place: &&usize| columns.dropped().contains(&place);
+        let control = &self.controls[order][block];
+        let verdict = judge(self.workload, &self.workload.blocks[block], &solved, &control.errors);
         let mut dropped = 0;
-        for (i, _) in members.iter().enumerate().filter(|(_, member)| is_dropped(member)) {
+        for (i, _) in members.iter().enumerate().filter(|(_, member)| dependent.contains(member)) {
             dropped |= 1 << i;
         }
         Finding { verdict, dropped }
@@ -124,11 +179,16 @@ impl<'a> Sweep<'a> {
     fn stage(
         &self,
         keys: &[Key],
+        card: Option<&CardSweep<'_>>,
         known: &mut HashMap<Key, Finding>,
         checkpoint: &mut Checkpoint,
         progress: Progress<'_>,
     ) -> Result<(), EvaluationError> {
-        let missing: Vec<Key> = keys.iter().filter(|key| !known.contains_key(*key)).copied().collect();
+        let mut missing: Vec<Key> = keys.iter().filter(|key| !known.contains_key(*key)).copied().collect();
+        if let Some(card) = card {
+            self.on_card(card, &missing, keys.len(), known, checkpoint, progress)?;
+            missing.retain(|key| !known.contains_key(key));
+        }
         let done = AtomicUsize::new(keys.len() - missing.len());
         let log = Mutex::new(checkpoint);
         let chunk = |part: &[Key]| -> Result<Vec<(Key, Finding)>, EvaluationError> {
@@ -147,15 +207,45 @@ impl<'a> Sweep<'a> {
         log.into_inner().unwrap_or_else(PoisonError::into_inner).sync()
     }
 
-    /// The first block: all candidates of a shard.
-    pub(crate) fn first(
+    /// Judges candidates on the card, one batch there while the CPU is busy with the one before.
+    fn on_card(
         &self,
-        shard: Shard,
+        card: &CardSweep<'_>,
+        missing: &[Key],
+        all: usize,
         known: &mut HashMap<Key, Finding>,
         checkpoint: &mut Checkpoint,
         progress: Progress<'_>,
     ) -> Result<(), EvaluationError> {
-        self.stage(&self.first_keys(shard), known, checkpoint, progress)
+        let before = all - missing.len();
+        let served: Vec<Key> = missing.iter().filter(|key| card.serves(key)).copied().collect();
+        let mut done = 0;
+        let mut finish = |pending| -> Result<(), EvaluationError> {
+            let findings = card.finish(pending)?;
+            checkpoint.append(&findings)?;
+            done += findings.len();
+            known.extend(findings);
+            progress(before + done, all);
+            Ok(())
+        };
+        let mut waiting = None;
+        for batch in served.chunks(TOGETHER) {
+            let next = card.submit(batch)?;
+            waiting.replace(next).map_or(Ok(()), &mut finish)?;
+        }
+        waiting.map_or(Ok(()), &mut finish)
+    }
+
+    /// The first block: all candidates of a shard.
+    pub(crate) fn first(
+        &self,
+        shard: Shard,
+        card: Option<&CardSweep<'_>>,
+        known: &mut HashMap<Key, Finding>,
+        checkpoint: &mut Checkpoint,
+        progress: Progress<'_>,
+    ) -> Result<(), EvaluationError> {
+        self.stage(&self.first_keys(shard), card, known, checkpoint, progress)
     }
 
     /// The candidates of a shard on the first block.
@@ -181,7 +271,7 @@ impl<'a> Sweep<'a> {
                 let kept = self.survivors(known, block, order);
                 keys.extend(kept.into_iter().map(|number| (block as u16, order as u16, number)));
             }
-            self.stage(&keys, known, checkpoint, progress)?;
+            self.stage(&keys, None, known, checkpoint, progress)?;
         }
         Ok(())
     }

@@ -2,7 +2,8 @@
 
 use super::records::SearchSample;
 use super::sweep::Sweep;
-use moment_problem::fast_simplex::{FastSimplex, SupportColumns, good_lp_bound};
+use moment_problem::fast_simplex::{SupportColumns, good_lp_bound};
+use moment_problem::lane_simplex::MAX_FUNCTIONS;
 use moment_problem::{BasisFunction, LpSolver};
 use std::time::Instant;
 
@@ -11,9 +12,8 @@ use std::time::Instant;
 pub(crate) fn time(sweep: &Sweep<'_>, functions: &[BasisFunction]) -> Vec<SearchSample> {
     let settings = sweep.experiment.timing;
     let order = sweep.subsets.iter().position(|subsets| subsets.order() == 4).unwrap_or(0);
-    let (Some(block), Some(control)) = (sweep.workload.blocks.last(), sweep.controls[order].last()) else {
-        return Vec::new();
-    };
+    let Some(block) = sweep.workload.blocks.last() else { return Vec::new() };
+    let last = sweep.workload.blocks.len() - 1;
     let count = sweep.subsets[order].len();
     let mut numbers: Vec<u32> =
         (0..settings.bases).map(|i| ((2 * i + 1) * count / (2 * settings.bases)) as u32).collect();
@@ -25,18 +25,17 @@ pub(crate) fn time(sweep: &Sweep<'_>, functions: &[BasisFunction]) -> Vec<Search
             let basis: Vec<&str> = members.iter().map(|&member| functions[member].name()).collect();
             let basis = basis.join(", ");
             let clock = Instant::now();
-            let Ok(columns) = SupportColumns::new(&sweep.workload.table, &members) else { continue };
-            let solver = FastSimplex::new(&columns, sweep.experiment.tolerance);
-            let solution = solver.solve_near(&block.kernels, &block.fragments, &control.starts());
+            let Some((solved, _)) = sweep.solve(last, order, &members) else { continue };
             let nanoseconds = |clock: Instant| u64::try_from(clock.elapsed().as_nanos()).unwrap_or(u64::MAX);
             samples.push(SearchSample {
-                solver: "FastSimplex".to_owned(),
+                solver: if members.len() <= MAX_FUNCTIONS { "LaneSimplex" } else { "FastSimplex" }.to_owned(),
                 basis: basis.clone(),
                 repetition,
-                programs: solution.bounds.len(),
-                wrong: solution.uncertified.len(),
+                programs: solved.lower.len(),
+                wrong: solved.uncertified,
                 time_ns: nanoseconds(clock),
             });
+            let Ok(columns) = SupportColumns::new(&sweep.workload.table, &members) else { continue };
             let wanted = settings.microlp_fragments.min(block.fragments.len());
             let places = (0..wanted).map(|i| (2 * i + 1) * block.fragments.len() / (2 * wanted));
             let clock = Instant::now();
@@ -50,7 +49,7 @@ pub(crate) fn time(sweep: &Sweep<'_>, functions: &[BasisFunction]) -> Vec<Search
                 .collect();
             let time_ns = nanoseconds(clock);
             let is_wrong = |(place, answer): &&(usize, Option<f64>)| {
-                let close = |value: &f64| (value - solution.bounds[*place].lower).abs() <= 1e-6;
+                let close = |value: &f64| (value - solved.lower[*place]).abs() <= 1e-6;
                 !answer.as_ref().is_some_and(close)
             };
             samples.push(SearchSample {

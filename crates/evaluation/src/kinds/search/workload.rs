@@ -6,6 +6,7 @@ use crate::fragments::{Lit, LoadedScene, ReferenceRecord, ViewRecord, chosen, re
 use crate::statistics::{NOTHING, Running};
 use applications::{Application, BiasSetting, HardShadow, truths};
 use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution, snap};
+use moment_problem::lane_simplex::FunctionSpan;
 use moment_problem::{Basis, BasisFunction};
 use rayon::prelude::*;
 use scenes::LightView;
@@ -20,6 +21,7 @@ const CHUNK: usize = 16_384;
 /// All blocks, and what the kernels' depths lie on.
 pub(crate) struct Workload {
     pub(crate) table: FunctionTable,
+    pub(crate) span: FunctionSpan,
     /// Functions of the family; the table has more where power moments are not among them.
     pub(crate) members: usize,
     /// Index into the table of z^(k+1).
@@ -140,8 +142,10 @@ impl Workload {
                 builder.view(scene, light)?;
             }
         }
+        let span = FunctionSpan::new(&table);
         Ok(Self {
             table,
+            span,
             members,
             powers,
             waves,

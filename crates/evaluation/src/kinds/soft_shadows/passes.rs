@@ -89,7 +89,7 @@ impl Modules {
     fn passes(&self, map_size: u32, pixels: usize) -> Vec<ComputePass<'_>> {
         let mut passes = Vec::new();
         if let Some(source) = &self.prefix_sums {
-            let columns = (map_size * self.channels as u32).div_ceil(64);
+            let columns = (map_size * self.channels as u32).div_ceil(16);
             passes.push(ComputePass { name: "rows", source, entry: "rows", groups: map_size });
             passes.push(ComputePass { name: "columns", source, entry: "columns", groups: columns });
         }
@@ -122,6 +122,7 @@ impl SoftPlan<'_> {
         if gpu.is_software() && !timing.software {
             return Err("not timed: only a software driver".to_owned());
         }
+        gpu.measure_limits();
         let view = self.views.iter().find(|view| view.frame.eye.is_none());
         let view = view.ok_or("not timed: no view under a light at infinity")?;
         let techniques: Vec<usize> = self

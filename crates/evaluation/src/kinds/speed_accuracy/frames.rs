@@ -5,16 +5,16 @@
 
 use super::records::FrameSample;
 use super::scenery::SpeedPlan;
-use super::settings::{FrameTiming, SpeedAccuracyExperiment};
+use super::settings::{CandidateSetting, FrameTiming, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
 use crate::fragments::{LoadedScene, Source};
 use crate::timing::GpuRecord;
 use graphics_device::{DeviceError, GraphicsDevice};
-use shaders::FrameShaders;
+use shaders::{FrameShaders, TexelFormat};
 use shadow_filtering::{Kernel, comparison_shaders};
 use std::time::Duration;
 
-use shadow_renderer::{FrameRenderer, FrameSettings, RenderError};
+use shadow_renderer::{FrameRenderer, FrameSettings, RenderError, Route};
 
 /// Times and what they were measured on.
 pub(crate) struct FrameTimes {
@@ -47,6 +47,34 @@ impl FrameTiming {
             }
         }
         points
+    }
+}
+
+/// Bytes that a pass moves if it reads every input and writes every output once; `None` for passes of the raster pipeline.
+fn least_bytes(pass: &str, shaders: &FrameShaders, settings: &FrameSettings) -> Option<u64> {
+    let texels = u64::from(settings.map_size).pow(2);
+    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    let texel = match shaders {
+        FrameShaders::Prefiltered { textures, format, .. } => {
+            let bytes = match format {
+                TexelFormat::Unorm16 | TexelFormat::F16 => 2,
+                TexelFormat::F32 => 4,
+            };
+            // Three channels take four.
+            textures.iter().map(|&channels| bytes * (channels as u64).next_power_of_two()).sum()
+        }
+        FrameShaders::Comparison { .. } => 4,
+    };
+    // Position, normal and albedo are read, colour and shadow written.
+    let of_pixel = 16 + 8 + 4 + 4 + 4;
+    match pass {
+        "resolve" => Some(texels * (4 * u64::from(settings.samples) + texel)),
+        "filter rows" | "filter columns" => Some(2 * texels * texel),
+        // Every level is read once and written once, the first only read and the last only written.
+        "mip maps" => Some(texels * texel * 5 / 3),
+        // Of a map with more texels than there are pixels not all have to be read.
+        "shade" => Some(pixels * of_pixel + texels.min(pixels) * texel),
+        _ => None,
     }
 }
 
@@ -88,6 +116,7 @@ impl SpeedPlan<'_> {
         if scenes[0].lights[0].light.front().is_some() {
             return Err("not timed: frames are drawn under directional lights only".to_owned());
         }
+        gpu.measure_limits();
         let stopped = |error: RenderError| format!("stopped: {error}");
         let renderer = FrameRenderer::new(scene, scenes[0].lights[0].direction).map_err(stopped)?;
         for point in timing.points() {
@@ -100,9 +129,18 @@ impl SpeedPlan<'_> {
                 mip_maps: true,
                 bias: 0.002,
                 leak_reduction: 0.0,
+                route: Route::Fragment,
             };
-            let techniques = self.frame_shaders(&kernel);
-            let forwards = techniques.iter().collect::<Vec<_>>();
+            let mut techniques = self.frame_shaders(&kernel);
+            techniques.retain(|(name, format, _)| {
+                let label = format!("{name}, {format}");
+                timing.techniques.is_empty() || format == "depth" || timing.techniques.contains(&label)
+            });
+            let routes = timing.routes.iter();
+            let forwards = techniques
+                .iter()
+                .flat_map(|technique| routes.clone().map(move |&route| (technique, route)))
+                .collect::<Vec<_>>();
             let order = |round: usize| {
                 let mut order = forwards.clone();
                 if round % 2 == 1 {
@@ -110,8 +148,9 @@ impl SpeedPlan<'_> {
                 }
                 order.into_iter().map(move |technique| (round, technique))
             };
-            for (round, (technique, format, shaders)) in (0..timing.rounds).flat_map(order) {
+            for (round, ((technique, format, shaders), route)) in (0..timing.rounds).flat_map(order) {
                 before_frames(&renderer);
+                let settings = FrameSettings { route: route.route(), ..settings };
                 let warm_up = Duration::from_millis(timing.warm_up_ms);
                 let passes = match renderer.time(shaders, &settings, warm_up, timing.frames) {
                     Ok(passes) => passes,
@@ -125,6 +164,7 @@ impl SpeedPlan<'_> {
                     Err(error) => return Err(stopped(error)),
                 };
                 for pass in passes {
+                    let least_bytes = least_bytes(pass.pass, shaders, &settings);
                     for (index, time) in pass.times.iter().enumerate() {
                         samples.push(FrameSample {
                             technique: technique.clone(),
@@ -133,7 +173,9 @@ impl SpeedPlan<'_> {
                             width: point.output[0],
                             height: point.output[1],
                             kernel: point.kernel,
+                            route,
                             pass: pass.pass.to_owned(),
+                            least_bytes,
                             frame: round * timing.frames + index,
                             time_ns: u64::try_from(time.as_nanos()).unwrap_or(u64::MAX),
                         });
@@ -170,6 +212,13 @@ impl SpeedAccuracyExperiment {
             let key = if timing.frames == 0 { "frames" } else { "rounds" };
             return fail(key, format!("{} frames in {} rounds are none", timing.frames, timing.rounds));
         }
+        let known = |label: &String| {
+            let of = |technique: &CandidateSetting| label.starts_with(&format!("{}, ", technique.name));
+            self.technique.iter().any(of)
+        };
+        if let Some(label) = timing.techniques.iter().find(|label| !known(label)) {
+            return fail("techniques", format!("`{label}` is no technique with a format"));
+        }
         for point in timing.points() {
             if gaussian(point.kernel).is_none() {
                 let key = if point.kernel == timing.kernel { "kernel" } else { "kernels" };
@@ -185,6 +234,7 @@ impl SpeedAccuracyExperiment {
 
 #[cfg(test)]
 mod tests {
+    use super::super::records::FrameRoute;
     use super::*;
     use crate::experiment::{Experiment, Scale};
     use crate::kinds::speed_accuracy::advise::DEFAULT_CANDIDATES;
@@ -204,6 +254,8 @@ mod tests {
             map_sizes: Vec::new(),
             outputs: Vec::new(),
             kernels: Vec::new(),
+            techniques: Vec::new(),
+            routes: vec![FrameRoute::Fragment],
             frames: 1,
             rounds: 1,
             warm_up_ms: 0,

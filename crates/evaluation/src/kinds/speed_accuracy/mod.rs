@@ -16,7 +16,7 @@ mod timing;
 
 pub use advise::{Advice, AdviceOptions, Choice, Nothing};
 pub use frames::COMPARED_FRAME;
-pub use records::{FrameSample, OrderShare, SpeedAccuracyRecord, SpeedSample};
+pub use records::{FrameRoute, FrameSample, OrderShare, SpeedAccuracyRecord, SpeedSample};
 pub use settings::{
     Blend, CandidateSetting, ComparisonSetting, EveryViewSetting, FrameSetting, FrameTiming, OrderSetting,
     PictureSetting, SpeedAccuracyExperiment, SpeedTiming,

@@ -1,6 +1,7 @@
 //! Rows of the recorded tables. Errors are fractions of the kernel's weight, rounded to 1e-9.
 
 use serde::{Deserialize, Serialize};
+use shadow_renderer::Route;
 
 /// One row of records.csv: a technique in one format, at one size and with one pair of biases, on a group of fragments.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -73,6 +74,33 @@ pub struct SpeedSample {
     pub time_ns: u64,
 }
 
+/// Which shaders the passes after rasterisation are.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum FrameRoute {
+    /// Fragment shaders.
+    Fragment,
+    /// Compute shaders.
+    Compute,
+    /// Compute shaders without run-time checks of indices.
+    Unchecked,
+}
+
+/// Runs from before there was a choice.
+fn fragment() -> FrameRoute {
+    FrameRoute::Fragment
+}
+
+impl FrameRoute {
+    pub(crate) fn route(self) -> Route {
+        match self {
+            Self::Fragment => Route::Fragment,
+            Self::Compute => Route::Compute,
+            Self::Unchecked => Route::Unchecked,
+        }
+    }
+}
+
 /// One row of frames.csv: a pass of a frame on a graphics processor.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct FrameSample {
@@ -88,8 +116,15 @@ pub struct FrameSample {
     pub height: u32,
     /// Size of the filter kernel in texels.
     pub kernel: usize,
+    /// `fragment`, `compute`, or `unchecked` for compute passes without run-time checks.
+    #[serde(default = "fragment")]
+    pub route: FrameRoute,
     /// Pass, or `frame` from the beginning of the first to the end of the last.
     pub pass: String,
+    /// Bytes that the pass must move at least: every input read once, every output written once; empty for passes of the
+    /// raster pipeline and whole frames.
+    #[serde(default)]
+    pub least_bytes: Option<u64>,
     /// Counts from 0 over all rounds.
     pub frame: usize,
     /// Between the timestamps around the pass.

@@ -1,6 +1,7 @@
 //! The TOML keys of the kind `speed-accuracy`.
 
 use super::candidate::Candidate;
+use super::records::FrameRoute;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, not_empty, words};
 use crate::experiment::kind::{RunContext, Settings};
@@ -102,6 +103,10 @@ pub struct SpeedTiming {
     pub fragments: usize,
 }
 
+fn fragment_route() -> Vec<FrameRoute> {
+    vec![FrameRoute::Fragment]
+}
+
 /// Frames on a graphics processor: one setting for all, and what is varied on its own.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -121,6 +126,12 @@ pub struct FrameTiming {
     /// Other kernel sizes.
     #[serde(default)]
     pub kernels: Vec<usize>,
+    /// `NAME, FORMAT` of the techniques that are timed; all that have a shader without.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub techniques: Vec<String>,
+    /// Which shaders; fragment shaders without.
+    #[serde(default = "fragment_route")]
+    pub routes: Vec<FrameRoute>,
     /// Timed frames for each, in each round.
     pub frames: usize,
     /// Rounds over all techniques at each size, every other one backwards: clocks that drift favour nobody.

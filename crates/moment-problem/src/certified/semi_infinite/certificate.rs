@@ -85,7 +85,7 @@ impl PreparedBasis {
         &self.cells[first..last]
     }
 
-    /// Local maxima of y . a - p on \[0, 1\] that exceed `tolerance`, with the number of intervals examined for them. Not
+    /// Local maxima of y . a - p on \[0, 1\] that exceed `tolerance`, with the number of points and intervals examined for them. Not
     /// rigorous: proposes columns.
     pub(super) fn violations(&self, y: &[DoubleDouble], step: Step, tolerance: f64) -> (Vec<f64>, usize) {
         let rounded: Vec<f64> = y.iter().map(|y| y.to_f64()).collect();
@@ -113,11 +113,13 @@ impl PreparedBasis {
         (search.found, search.examined)
     }
 
-    /// Highest point found of the function in \[left, right\], by Newton's method from `start`.
-    fn peak(&self, coefficients: &[DoubleDouble], start: f64, left: f64, right: f64) -> (f64, f64) {
+    /// Highest point found of the function in \[left, right\], by Newton's method from `start`, its value, and how many
+    /// evaluations that took.
+    fn peak(&self, coefficients: &[DoubleDouble], start: f64, left: f64, right: f64) -> (f64, f64, usize) {
         let mut best = (start, f64::NEG_INFINITY);
-        let mut z = start;
-        for _ in 0..20 {
+        let (mut z, mut evaluations) = (start, 0);
+        while evaluations < 20 {
+            evaluations += 1;
             let at = self.function(coefficients, Jet::variable(DoubleDouble::from(z)));
             let (value, slope, curvature) = (at.value.to_f64(), at.first.to_f64(), at.second.to_f64());
             if value > best.1 {
@@ -137,7 +139,7 @@ impl PreparedBasis {
             }
             z = next;
         }
-        best
+        (best.0, best.1, evaluations)
     }
 }
 
@@ -152,7 +154,9 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn consider_peak(&mut self, start: f64, left: f64, right: f64, p: f64) {
-        let (z, value) = self.basis.peak(self.coefficients, start.clamp(left, right), left, right);
+        let start = start.clamp(left, right);
+        let (z, value, evaluations) = self.basis.peak(self.coefficients, start, left, right);
+        self.examined += evaluations;
         if value - p > self.tolerance {
             self.found.push(z);
         }

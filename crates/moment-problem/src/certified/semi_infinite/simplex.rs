@@ -16,8 +16,8 @@ const STALLED: f64 = 0.9;
 /// Exchanges: convergence is quadratic near the solution; more means that something is wrong.
 const MAX_EXCHANGES: usize = 60;
 
-/// Evaluations of functions on intervals that all searches of one program may take, at half a microsecond each: more than any
-/// certified answer needed, and a fraction of a second.
+/// Evaluations of functions with derivatives that all searches of one program may take, at one to two microseconds each: more
+/// than any certified answer needed, and a fraction of a second.
 const MAX_EVALUATIONS: usize = 400_000;
 
 /// Cells of the uniform grid that the exchange starts from: coarse, since the exchange adds what is missing.
@@ -120,7 +120,8 @@ impl<'a> Program<'a> {
             self.finite.set_artificial_cost(cost);
             self.exchange_at_present_cost()?;
             let residual = self.finite.vertex()?.residual;
-            if residual <= ARTIFICIAL_RESIDUAL || residual > STALLED * before {
+            let is_spent = self.evaluations > MAX_EVALUATIONS;
+            if residual <= ARTIFICIAL_RESIDUAL || residual > STALLED * before || is_spent {
                 break;
             }
             before = residual;

@@ -3,7 +3,7 @@
 use super::summary::SpeedTables;
 use crate::kinds::rows::distinct;
 use crate::page::{Block, Table, Text, row};
-use evaluation::{COMPARED_FRAME, FrameSample, WHOLE_FRAME};
+use evaluation::{COMPARED_FRAME, FrameRoute, FrameSample, WHOLE_FRAME};
 use std::collections::BTreeMap;
 
 /// Sizes of a frame: map, width, height, kernel.
@@ -23,9 +23,20 @@ impl SpeedTables<'_> {
         distinct(self.frames.iter().map(point))
     }
 
+    /// The route that is told: compute passes, which use the whole of every processor, where they were timed.
+    fn route(&self) -> FrameRoute {
+        let is_compute = self.frames.iter().any(|sample| sample.route == FrameRoute::Compute);
+        if is_compute { FrameRoute::Compute } else { FrameRoute::Fragment }
+    }
+
     /// Frame times in milliseconds, ascending: the sum over the passes that `wanted` takes.
-    fn frame_times(
+    fn frame_times(&self, key: (&str, &str), at: FrameSizes, wanted: impl Fn(&str) -> bool) -> Vec<f64> {
+        self.route_times(self.route(), key, at, wanted)
+    }
+
+    fn route_times(
         &self,
+        route: FrameRoute,
         (technique, format): (&str, &str),
         at: FrameSizes,
         wanted: impl Fn(&str) -> bool,
@@ -34,7 +45,8 @@ impl SpeedTables<'_> {
         let of = self
             .frames
             .iter()
-            .filter(|s| s.technique == technique && s.format == format && point(s) == at && wanted(&s.pass));
+            .filter(|s| s.route == route && s.technique == technique && s.format == format)
+            .filter(|s| point(s) == at && wanted(&s.pass));
         for sample in of {
             *frames.entry(sample.frame).or_default() += sample.time_ns as f64 / 1e6;
         }
@@ -153,15 +165,66 @@ impl SpeedTables<'_> {
             .rows(techniques.into_iter().map(cells));
         let note = format!(
             "Milliseconds between GPU timestamps, median over frames; whole frames by sizes of map, output and kernel, then \
-             parts of the first. 4x multisampled maps with mip maps. Measured on {} ({}, {}, {}): {}.",
-            gpu.adapter, gpu.device_type, gpu.api, gpu.driver, gpu.status
+             parts of the first. 4x multisampled maps with mip maps; passes after rasterisation as {} shaders. Measured on {} ({}, {}, {}): {}.",
+            match self.route() {
+                FrameRoute::Fragment => "fragment",
+                FrameRoute::Compute | FrameRoute::Unchecked => "compute",
+            },
+            gpu.adapter,
+            gpu.device_type,
+            gpu.api,
+            gpu.driver,
+            gpu.status
         );
         let mut blocks = Block::section(3, heading, table, Some(note.into()));
+        blocks.extend(self.limit_blocks());
         if gpu.skipped > 0 {
             let skipped =
                 format!("{} combinations were left out, the last: {}.", gpu.skipped, gpu.last_skipped);
             blocks.push(Block::paragraph(skipped));
         }
         blocks
+    }
+
+    /// Each pass beside what the memory allows.
+    fn limit_blocks(&self) -> Vec<Block> {
+        const PASSES: [&str; 5] = ["resolve", "filter rows", "filter columns", "mip maps", "shade"];
+        let rates =
+            self.gpu.first().and_then(|gpu| Some((gpu.bytes_per_second?, gpu.multiply_adds_per_second?)));
+        let Some(((bytes, multiply_adds), at)) = rates.zip(self.points().first().copied()) else {
+            return Vec::new();
+        };
+        let of = |(technique, format): (&str, &str), route: FrameRoute, pass: &str| {
+            let mut found = self.frames.iter().filter(|s| s.technique == technique && s.format == format);
+            let least = found.find(|s| s.route == route && s.pass == pass && point(s) == at)?.least_bytes?;
+            let times = self.route_times(route, (technique, format), at, |name| name == pass);
+            let time = *times.get(times.len() / 2)?;
+            let share = least as f64 / bytes / (time / 1e3);
+            Some(format!("{time:.3} ({:.0} %)", 100.0 * share))
+        };
+        let techniques = distinct(self.frames.iter().map(|s| (s.technique.as_str(), s.format.as_str())));
+        let routes = distinct(self.frames.iter().map(|s| s.route));
+        let rows = techniques.into_iter().flat_map(|key| {
+            let cells = move |&route: &FrameRoute| -> Vec<Text> {
+                let name = match route {
+                    FrameRoute::Fragment => "fragment",
+                    FrameRoute::Compute => "compute",
+                    FrameRoute::Unchecked => "unchecked",
+                };
+                let passes = PASSES.iter().map(|pass| of(key, route, pass).into());
+                row![key.0, key.1, name].into_iter().chain(passes).collect()
+            };
+            routes.iter().map(cells).collect::<Vec<_>>()
+        });
+        let table = Table::default().left(["technique", "format", "shaders"]).right(PASSES).rows(rows);
+        let note = format!(
+            "Milliseconds at the first sizes, and in brackets the share of the time that the least possible traffic would take \
+             (every input read once, every output written once) at the {:.2} TB/s that a copy of 256 MiB moved in the same run; \
+             above 100 % a cache serves. Compute shaders made {:.1} T multiply-adds a second. Unchecked: without naga's checks of \
+             indices.",
+            bytes / 1e12,
+            multiply_adds / 1e12
+        );
+        Block::section(3, "Passes against the limit of the memory", table, Some(note.into()))
     }
 }

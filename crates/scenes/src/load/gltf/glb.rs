@@ -1,7 +1,6 @@
 //! The binary glTF container: a header and two chunks.
 //!
-//! Read here and not by the `gltf` crate, whose reader subtracts the header's size from a length it has not
-//! checked and whose messages do not carry the numbers.
+//! Read here and not by a library, so that lengths are checked and messages carry the numbers.
 
 use crate::error::FileFault;
 
@@ -23,7 +22,8 @@ pub(super) fn split(bytes: &[u8]) -> Result<Chunks<'_>, FileFault> {
         return Err(FileFault::invalid(at, problem));
     };
     if version != 2 {
-        return Err(FileFault::unsupported(at, format!("version {version}, expected 2")));
+        let convert = "glTF 2.0 is read; convert the file with gltf-pipeline or Blender";
+        return Err(FileFault::unsupported(at, format!("version {version}: {convert}")));
     }
     let length = length as usize;
     if length < HEADER_BYTES || length > bytes.len() {
