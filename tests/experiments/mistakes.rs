@@ -34,7 +34,7 @@ type Mistake = (&'static str, &'static str, &'static str);
 /// An unknown key, a value that makes no sense and one of another type, for every kind.
 #[test]
 fn mistakes_in_every_kind_name_line_key_and_value() {
-    let cases: [(&str, [Mistake; 5]); 7] = [
+    let cases: [(&str, [Mistake; 5]); 9] = [
         (
             "bounds",
             [
@@ -103,6 +103,30 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("shape = \"sun:4x4\"", "shape = \"sun:-4x4\"", "size of -4 degrees"),
                 ("exponent = 5.0", "exponent = 50.0", "exponent = 50"),
                 ("most_width = 9.0", "most_width = 0.0", "most_width = 0 "),
+            ],
+        ),
+        (
+            "temporal-shadows",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("frames = 256", "frames = 1", "frames = 1 is not between 2 and 65536"),
+                (
+                    "most_tests = 512.0",
+                    "most_tests = 4096.0",
+                    "most_tests = 4096 is more than the 2048 that f16 counts",
+                ),
+                ("overscan = 0.05", "overscan = -1.0", "overscan = -1 "),
+                ("scale = 0.25", "scale = 0.0", "scale = 0 "),
+            ],
+        ),
+        (
+            "stochastic-shadows",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("planes = [0.2, 0.95]", "planes = [0.2, 1.95]", "1.95 lies outside of the depth range"),
+                ("planes = [0.7]", "planes = []", "zero planes hold no shadow"),
+                ("least_radius = 2.0", "least_radius = 9.0", "least_radius = 9 "),
+                ("contact = 8.0", "contact = 0.0", "contact = 0 "),
             ],
         ),
     ];

@@ -8,6 +8,7 @@ mod error;
 mod experiment;
 mod fragments;
 mod kinds;
+mod lit_frames;
 mod pictures;
 mod provenance;
 mod role;
@@ -57,6 +58,16 @@ pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
     StabilityFamily, StabilityMethod, StabilityRecord, StabilitySample, StabilityTiming,
 };
+pub use kinds::stochastic_shadows::{
+    ModulationRecord, ModulationSetting, PlaneRecord, StochasticPicture, StochasticPictureRecord,
+    StochasticRecord, StochasticSetting, StochasticShadowsExperiment, StochasticTechnique,
+    StochasticViewRecord,
+};
+pub use kinds::temporal_shadows::{
+    CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, TemporalPicture,
+    TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique, TemporalViewRecord,
+};
+pub use lit_frames::ScaledLight;
 pub use moment_problem::MomentBound;
 pub use pictures::PICTURE_GAP;
 pub use provenance::{Build, Provenance, logical_cores};

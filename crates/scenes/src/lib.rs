@@ -9,6 +9,8 @@ mod error;
 mod fit;
 mod interior;
 mod load;
+mod motion;
+mod path;
 pub mod procedural;
 mod scene;
 pub mod vector;
@@ -21,6 +23,8 @@ pub use load::{
     LoadOptions, PoseChoice, Warning, WarningKind, load_gltf_bytes, load_obj_bytes, load_scene,
     load_with_files,
 };
+pub use motion::{MovingScene, Pose};
+pub use path::{CameraPath, Movement};
 pub use procedural::procedural;
 pub use scene::{AlphaMask, AlphaTexture, Camera, LightView, Material, NamedCamera, Opacity, Scene, Vertex};
 pub use views::read_views;

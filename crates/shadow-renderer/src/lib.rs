@@ -9,7 +9,7 @@ mod render;
 mod stack;
 
 pub use error::RenderError;
-pub use frame::{Frame, NO_TRIANGLE, ViewRays};
+pub use frame::{CameraView, Frame, NO_TRIANGLE, ViewRays};
 pub use gpu::{
     BINDING_BYTES, ComputeChain, ComputePass, Content, DepthMap, DeviceLimits, FrameRenderer, FrameSettings,
     GpuFrame, PassTimes, Route, SUPERSAMPLE_8, Sampling, WHOLE_FRAME,

@@ -11,9 +11,11 @@
 mod boxes;
 mod edge_test;
 mod masks;
+mod posed;
 mod query;
 mod tree;
 
+pub use posed::PosedTriangles;
 pub use query::{LastOccluder, Segment, Surface};
 pub use tree::{TriangleError, Triangles};
 

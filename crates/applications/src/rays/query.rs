@@ -1,7 +1,7 @@
 //! What triangles are asked: whether anything lies between two points, and what lies near one.
 
 use super::edge_test::Sheared;
-use super::tree::Triangles;
+use super::tree::{Triangles, Visit};
 use scenes::vector::{cross, dot, minus, norm};
 
 /// A triangle whose plane holds the origin can be met there only, which is the surface on which the origin lies or its
@@ -79,6 +79,25 @@ impl Triangles {
     pub fn occludes_brute_force(&self, segment: &Segment) -> bool {
         let query = Query::new(self, segment);
         (0..self.len()).any(|leaf| query.is_hit(self, leaf, &Sheared::meets))
+    }
+
+    /// The first surface on the way from `origin` along `direction`: the fraction of the direction in \[0, 1\], or beyond for
+    /// `endless` ones, and the triangle. Of equally near ones the first triangle, whatever the tree's order.
+    pub fn first(&self, origin: [f64; 3], direction: [f64; 3], endless: bool) -> Option<(f64, u32)> {
+        let segment = Segment { origin, direction, endless, from: None };
+        let sheared = Sheared::new(origin, direction);
+        let end = if endless { f64::INFINITY } else { 1.0 };
+        let mut nearest: Option<(f64, u32)> = None;
+        self.visit_nearer(&segment, |leaf| {
+            let met = sheared.meets(self.corners_of(leaf)).filter(|at| (0.0..=end).contains(at));
+            let Some(at) = met.filter(|_| self.is_solid_at(leaf, &sheared)) else { return Visit::Continue };
+            let candidate = (at, self.triangle_of(leaf));
+            if nearest.is_none_or(|best| candidate < best) {
+                nearest = Some(candidate);
+            }
+            Visit::Until(at)
+        });
+        nearest
     }
 
     /// The surface that lies nearest to a point along `direction`, a unit vector, not farther than `reach` on either

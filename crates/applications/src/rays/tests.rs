@@ -276,3 +276,31 @@ fn bad_scenes_are_named_and_empty_ones_occlude_nothing() {
     let point = Triangles::new(&[[1.0; 3]; 3], &[[0, 1, 2]]).unwrap();
     assert!(!point.occludes(&ray) && !point.occludes(&Segment { direction: [0.0; 3], ..ray }));
 }
+
+/// The first surface is the one that asking every triangle finds, and a part that moves is where it was moved to.
+#[test]
+fn first_surfaces_are_the_nearest() {
+    let (positions, triangles) = height_field(40);
+    let scene = Triangles::new(&positions, &triangles).unwrap();
+    let mut random = Random::stream(5, 0);
+    let mut hits = 0;
+    for _ in 0..2000 {
+        let origin = [25.0 * random.unit() - 2.0, 4.0 * random.unit() - 1.0, 25.0 * random.unit() - 2.0];
+        let direction =
+            [0, 1, 2].map(|k| if k == 1 { 2.0 * random.unit() - 1.6 } else { 30.0 * (random.unit() - 0.5) });
+        for endless in [false, true] {
+            let sheared = Sheared::new(origin, direction);
+            let end = if endless { f64::INFINITY } else { 1.0 };
+            let corners = |t: usize| triangles[t].map(|v| positions[v as usize]);
+            let met = (0..triangles.len()).filter_map(|t| Some((sheared.meets(&corners(t))?, t as u32)));
+            let nearest =
+                met.filter(|(at, _)| (0.0..=end).contains(at)).min_by(|a, b| a.partial_cmp(b).unwrap());
+            assert_eq!(scene.first(origin, direction, endless), nearest);
+            hits += usize::from(nearest.is_some());
+        }
+        let posed = PosedTriangles { still: &scene, moving: Some((&scene, scenes::Pose::IDENTITY)) };
+        let first = scene.first(origin, direction, false);
+        assert_eq!(posed.first(origin, direction), first.map(|(at, _)| (at, false)));
+    }
+    assert!(hits > 500, "{hits}");
+}

@@ -207,37 +207,49 @@ impl Triangles {
 
     /// Calls `stop` for each leaf whose box the segment may meet, until one says so; whether one did.
     #[inline(always)]
-    pub(super) fn visit(&self, segment: &Segment, stop: impl FnMut(usize) -> bool) -> bool {
+    pub(super) fn visit(&self, segment: &Segment, mut stop: impl FnMut(usize) -> bool) -> bool {
+        self.visit_nearer(segment, |leaf| if stop(leaf) { Visit::Stop } else { Visit::Continue })
+    }
+
+    /// The same with a `visitor` that may end the segment earlier.
+    #[inline(always)]
+    pub(super) fn visit_nearer(&self, segment: &Segment, visitor: impl FnMut(usize) -> Visit) -> bool {
         let Some(ray) = self.tree_ray(segment) else { return false };
         match self.boxes {
-            BoxTest::Portable => self.traverse(&ray, CwBvhNode::intersect_ray, stop),
+            BoxTest::Portable => self.traverse(ray, CwBvhNode::intersect_ray, visitor),
             #[cfg(target_arch = "x86_64")]
             // SAFETY: only chosen where the machine has the feature.
-            BoxTest::Avx2 => unsafe { self.traverse_avx2(&ray, stop) },
+            BoxTest::Avx2 => unsafe { self.traverse_avx2(ray, visitor) },
         }
     }
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn traverse_avx2(&self, ray: &Ray, stop: impl FnMut(usize) -> bool) -> bool {
-        self.traverse(ray, |node, ray, order| intersect_avx2(node, ray, order), stop)
+    fn traverse_avx2(&self, ray: TreeRay, visitor: impl FnMut(usize) -> Visit) -> bool {
+        self.traverse(ray, |node, ray, order| intersect_avx2(node, ray, order), visitor)
     }
 
     #[inline(always)]
     fn traverse(
         &self,
-        ray: &Ray,
+        TreeRay { mut ray, at, skipped }: TreeRay,
         intersect: impl Fn(&CwBvhNode, &Ray, u32) -> u32,
-        mut stop: impl FnMut(usize) -> bool,
+        mut visitor: impl FnMut(usize) -> Visit,
     ) -> bool {
         let mut state = self.tree.new_traversal(ray.direction);
         let mut node;
         let mut found = false;
         'search: {
-            traverse!(self.tree, node, state, intersect(node, ray, state.oct_inv4), {
-                if stop(state.primitive_id as usize) {
-                    found = true;
-                    break 'search;
+            traverse!(self.tree, node, state, intersect(node, &ray, state.oct_inv4), {
+                match visitor(state.primitive_id as usize) {
+                    Visit::Continue => {}
+                    Visit::Until(end) => {
+                        ray.tmax = ((end * at - skipped) as f32 * END_ROUNDING).min(ray.tmax)
+                    }
+                    Visit::Stop => {
+                        found = true;
+                        break 'search;
+                    }
                 }
             });
         }
@@ -246,15 +258,16 @@ impl Triangles {
 
     /// The segment in tree coordinates, begun where it enters the scene; `None` where it passes by.
     #[inline(always)]
-    fn tree_ray(&self, segment: &Segment) -> Option<Ray> {
+    fn tree_ray(&self, segment: &Segment) -> Option<TreeRay> {
         let scaled = |v: [f64; 3]| v.map(|c| c * self.scale);
         let mut origin = scaled(minus(segment.origin, self.centre));
         let mut step = scaled(segment.direction);
-        let mut end = PARAMETER;
+        let (mut end, mut at, mut skipped) = (PARAMETER, PARAMETER, 0.0);
         if segment.endless {
             let length = step.iter().fold(0.0f64, |m, c| m.max(c.abs()));
             step = step.map(|c| c / length);
             end = f64::INFINITY;
+            at *= length;
         }
         if self.is_empty() || origin.iter().chain(&step).any(|c| !c.is_finite()) {
             return None;
@@ -268,7 +281,8 @@ impl Triangles {
             if !enters {
                 return None;
             }
-            end -= entry * PARAMETER;
+            skipped = entry * PARAMETER;
+            end -= skipped;
             origin = [0, 1, 2].map(|k| origin[k] + entry * step[k]);
             if origin.iter().any(|c| c.abs() > 2.0 * AROUND) {
                 return None;
@@ -281,14 +295,30 @@ impl Triangles {
             sign[k] * if inverse < NO_SLOPE { inverse } else { NO_SLOPE }
         };
         let [x, y, z] = origin.map(|c| c as f32);
-        Some(Ray {
+        let ray = Ray {
             origin: vec3a(x, y, z),
             direction: vec3a(sign[0], sign[1], sign[2]),
             inv_direction: vec3a(slope(0), slope(1), slope(2)),
             tmin: 0.0,
             tmax: end as f32 * END_ROUNDING,
-        })
+        };
+        Some(TreeRay { ray, at, skipped })
     }
+}
+
+/// What a visitor wants next.
+pub(super) enum Visit {
+    Continue,
+    /// Nothing beyond this fraction of the segment's direction.
+    Until(f64),
+    Stop,
+}
+
+/// A segment in tree coordinates: a fraction t of its direction is at t `at` - `skipped`.
+struct TreeRay {
+    ray: Ray,
+    at: f64,
+    skipped: f64,
 }
 
 /// World to tree coordinates.

@@ -46,6 +46,11 @@ impl History {
         Self { estimate, depth, blocker: start.blocker, samples: 0.0 }
     }
 
+    /// What a buffer holds. `samples` are those of the average depth besides the first estimate's.
+    pub fn stored(estimate: ShadowEstimate<f64>, depth: f64, blocker: f64, samples: f64) -> Self {
+        Self { estimate, depth, blocker, samples }
+    }
+
     /// Whether this history is that of a surface seen at a depth.
     pub fn belongs_to(&self, depth: f64, tolerance: f64) -> bool {
         (depth - self.depth).abs() < tolerance

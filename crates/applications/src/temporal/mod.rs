@@ -3,6 +3,14 @@
 
 mod buffer;
 mod estimate;
+mod frame;
+mod method;
+mod sampled_field;
+mod traced_map;
 
 pub use buffer::{FrameSample, History, Restart};
 pub use estimate::{ShadowEstimate, penumbra_width};
+pub use frame::{FramePixel, Screen, Shaded, ShadowBuffer, Start};
+pub use method::{FilterSource, MethodError, MovingCasters, TemporalMethod};
+pub use sampled_field::SampledField;
+pub use traced_map::{MapTexel, TracedMap};

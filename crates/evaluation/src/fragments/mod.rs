@@ -140,11 +140,11 @@ impl LoadedScene<'_> {
     }
 }
 
-fn is_stack(label: &str) -> bool {
+pub(crate) fn is_stack(label: &str) -> bool {
     Path::new(label).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
 }
 
-fn depth_map(stack: &ShadowMapStack) -> Result<DepthMap, FilteringError> {
+pub(crate) fn depth_map(stack: &ShadowMapStack) -> Result<DepthMap, FilteringError> {
     let depths = stack.shadow_map().into_iter().map(|depth| depth.unwrap_or(1.0)).collect();
     DepthMap::new(stack.width as usize, stack.height as usize, depths)
 }

@@ -8,6 +8,8 @@ pub(crate) mod single_scattering;
 pub(crate) mod soft_shadows;
 pub(crate) mod speed_accuracy;
 pub(crate) mod stability;
+pub(crate) mod stochastic_shadows;
+pub(crate) mod temporal_shadows;
 
 use crate::experiment::kind::Kind;
 
@@ -21,4 +23,6 @@ pub(crate) static KINDS: &[Kind] = &[
     Kind::of::<speed_accuracy::SpeedAccuracyExperiment>(),
     Kind::of::<soft_shadows::SoftShadowsExperiment>(),
     Kind::of::<single_scattering::SingleScatteringExperiment>(),
+    Kind::of::<temporal_shadows::TemporalShadowsExperiment>(),
+    Kind::of::<stochastic_shadows::StochasticShadowsExperiment>(),
 ];

@@ -3,6 +3,7 @@
 mod bound_chart;
 mod canvas;
 mod chart;
+mod curves;
 mod dots;
 mod error_sheet;
 mod hover;
@@ -15,6 +16,7 @@ pub(crate) use canvas::{
     Area, Drawn, F_STROKE, FINE, LEGEND_ROW, Stroke, anchored, font, legend, line, mesh, power_of_ten, svg,
 };
 pub(crate) use chart::{Arrow, Chart, Curve, DEPTH_LABEL, INTENSITY_LABEL};
+pub(crate) use curves::{error_curves, error_point};
 pub(crate) use dots::{DotChart, DotRow};
 pub(crate) use error_sheet::{ErrorColours, error_sheet};
 pub(crate) use hover::{around, escaped, grid, spot};

@@ -10,6 +10,8 @@ mod single_scattering;
 mod soft_shadows;
 mod speed_accuracy;
 mod stability;
+mod stochastic_shadows;
+mod temporal_shadows;
 
 use crate::error::ReportError;
 use crate::page::{Content, Page};
@@ -35,6 +37,8 @@ const KINDS: &[&KindPage] = &[
     &speed_accuracy::PAGE,
     &soft_shadows::PAGE,
     &single_scattering::PAGE,
+    &temporal_shadows::PAGE,
+    &stochastic_shadows::PAGE,
 ];
 
 /// Error of four power moments over that of trigonometric moments, 2.19 % / 1.93 % (MSM15 section 3.2).

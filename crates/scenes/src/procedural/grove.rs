@@ -1,6 +1,7 @@
 //! Branching trees with alpha-tested leaf cards.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 
 use random_stream::Random;
 
@@ -16,12 +17,24 @@ const SPACING: f64 = 3.1;
 const LEAF_TEXELS: u32 = 64;
 
 pub(super) fn build(seed: u64) -> Parts {
+    planted(seed).0
+}
+
+/// The triangles of a tree by its number, row by row.
+pub(crate) fn tree(seed: u64, number: usize) -> Range<usize> {
+    let (_, ends) = planted(seed);
+    ends[number]..ends[number + 1]
+}
+
+/// The scene, and where in the list of triangles each tree begins and the last one ends.
+fn planted(seed: u64) -> (Parts, Vec<usize>) {
     let mut random = Random::new(seed);
     let mut scene = SceneMesh::default();
     let ground = scene.material("ground", [0.27, 0.24, 0.17], None);
     let bark = scene.material("bark", [0.30, 0.22, 0.15], None);
     let leaf = scene.material("leaf", [0.22, 0.36, 0.12], Some(leaf_mask()));
     scene.ground(ground, 9.0, 12);
+    let mut ends = vec![scene.triangles()];
     for row in 0..GRID {
         for column in 0..GRID {
             let at = |i: usize| (i as f64 - (GRID - 1) as f64 / 2.0) * SPACING;
@@ -36,10 +49,12 @@ pub(super) fn build(seed: u64) -> Parts {
                 level: 0,
             };
             trunk.grow(&mut scene, bark, leaf, &mut random);
+            ends.push(scene.triangles());
         }
     }
     let views = [[0.2, -1.0, 0.3], [0.8, -0.6, 0.35], [0.7, -0.27, -0.6], [-0.35, -0.09, 0.93]];
-    (scene, views, Camera::new([11.5, 6.0, 12.5], [0.0, 2.6, 0.0], 0.75))
+    let camera = Camera::new([11.5, 6.0, 12.5], [0.0, 2.6, 0.0], 0.75);
+    ((scene, views, camera), ends)
 }
 
 struct Branch {

@@ -55,7 +55,7 @@ pub(super) struct SceneMesh {
 }
 
 /// Rounds to the grid of 2⁻¹⁶ on which procedural coordinates lie.
-fn on_grid(p: Point) -> [f32; 3] {
+pub(crate) fn on_grid(p: Point) -> [f32; 3] {
     p.map(|c| ((c * 65536.0).round() / 65536.0) as f32)
 }
 
@@ -63,6 +63,11 @@ impl SceneMesh {
     pub(super) fn material(&mut self, name: &str, albedo: [f32; 3], mask: Option<AlphaMask>) -> u32 {
         self.materials.push(Material { mask: mask.map(Arc::new), ..Material::plain(name, albedo) });
         self.materials.len() as u32 - 1
+    }
+
+    /// Number of triangles so far.
+    pub(super) fn triangles(&self) -> usize {
+        self.arrays.triangles.len()
     }
 
     pub(super) fn into_scene(self, name: &str, views: Vec<LightView>, camera: Camera) -> Scene {

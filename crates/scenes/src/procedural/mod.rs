@@ -5,6 +5,8 @@
 //! coordinates are computed in 64 bits and rounded to a grid of 2⁻¹⁶, which swallows the last-bit differences
 //! between implementations of the sine.
 
+mod cart;
+mod grids;
 mod grove;
 mod hall;
 mod mesh;
@@ -12,7 +14,11 @@ mod stairs;
 mod village;
 
 use crate::{Camera, LightView, Scene};
+pub(crate) use cart::cart;
+pub(crate) use grids::TURNING;
+pub(crate) use grove::tree;
 use mesh::SceneMesh;
+pub(crate) use mesh::on_grid;
 
 /// Seed with which [`load_scene`](crate::load_scene) makes procedural scenes.
 pub const DEFAULT_SEED: u64 = 2015;
@@ -20,14 +26,16 @@ pub const DEFAULT_SEED: u64 = 2015;
 /// Names of the procedural scenes.
 pub const NAMES: [&str; 4] = ["stairs", "village", "grove", "hall"];
 
-/// Makes the scene called `name` (one of [`NAMES`]); `None` if there is no such scene.
+/// Makes the scene called `name` (one of [`NAMES`], or `grids`); `None` if there is no such scene.
 ///
 /// - `stairs`: flights of stairs between colonnades and railings, a winged torus knot in flight above them.
 /// - `village`: houses with walls, floors, windows and shingled roofs, fences, and a hollow tower.
 /// - `grove`: branching trees with alpha-tested leaf cards.
 /// - `hall`: a hall with windows, a roof of slats, benches, and a colonnade towards its open side; its camera stands inside.
 ///
-/// Each has its own ground, a camera, 50 to 300 thousand triangles and six light views: `high`, `oblique`,
+/// - `grids`: two grids of bars over a plain and a square light right above them, `overhead`; few triangles, and not random.
+///
+/// Each has its own ground, a camera, 50 to 300 thousand triangles (`grids` has a few hundred) and six light views: `high`, `oblique`,
 /// `long` (long shadows beside contact shadows) and `grazing` (a few degrees above the horizon) without extent, `wide`, a
 /// sun of 10 degrees, and `lamp`, a rectangle in space. `grove` casts
 /// leaf shadows through an alpha mask; solids are closed, so light rays cross surfaces in pairs.
@@ -37,13 +45,17 @@ pub fn procedural(name: &str, seed: u64) -> Option<Scene> {
         "village" => village::build(seed),
         "grove" => grove::build(seed),
         "hall" => hall::build(seed),
+        "grids" => grids::build(),
         _ => return None,
     };
-    let views = ["high", "oblique", "long", "grazing"]
+    let mut views: Vec<LightView> = ["high", "oblique", "long", "grazing"]
         .into_iter()
         .zip(directions)
         .map(|(name, direction)| LightView::directional(name, direction))
         .collect();
+    if name == "grids" {
+        views.extend(grids::overhead());
+    }
     Some(mesh.into_scene(name, views, camera))
 }
 

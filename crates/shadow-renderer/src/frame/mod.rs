@@ -2,6 +2,8 @@
 
 pub(crate) mod raster;
 
+pub use raster::CameraView;
+
 use image::{Rgba, RgbaImage};
 use rayon::prelude::*;
 use scenes::vector::{dot, minus, normalize};
@@ -119,7 +121,7 @@ impl Frame {
 }
 
 /// The rays through the pixels of a picture.
-pub struct ViewRays(raster::View);
+pub struct ViewRays(CameraView);
 
 impl ViewRays {
     /// Of a camera and a size in pixels.
@@ -127,7 +129,7 @@ impl ViewRays {
     /// # Errors
     /// [`RenderError::Camera`] for a camera that cannot see.
     pub fn new(camera: &Camera, [width, height]: [u32; 2]) -> Result<Self, RenderError> {
-        Ok(Self(raster::View::new(camera, width, height)?))
+        Ok(Self(CameraView::new(camera, width, height)?))
     }
 
     /// The world direction through a point in pixels from the top left corner, of length 1 along the view; the first pixel's

@@ -16,8 +16,9 @@ use crate::{Frame, RenderError};
 /// Rows rasterised together.
 const BAND_ROWS: u32 = 16;
 
-/// Camera axes; pixels are square.
-pub(crate) struct View {
+/// A camera with its pixels, which are square.
+#[derive(Clone, Copy, Debug)]
+pub struct CameraView {
     eye: [f64; 3],
     right: [f64; 3],
     up: [f64; 3],
@@ -28,8 +29,12 @@ pub(crate) struct View {
     size: [f64; 2],
 }
 
-impl View {
-    pub(crate) fn new(camera: &Camera, width: u32, height: u32) -> Result<Self, RenderError> {
+impl CameraView {
+    /// The camera for so many pixels.
+    ///
+    /// # Errors
+    /// [`RenderError::Camera`] for a camera that cannot see.
+    pub fn new(camera: &Camera, width: u32, height: u32) -> Result<Self, RenderError> {
         let (eye, target) = (camera.eye.map(f64::from), camera.target.map(f64::from));
         let fov = f64::from(camera.vertical_fov);
         if !eye.iter().chain(&target).all(|c| c.is_finite()) {
@@ -66,6 +71,19 @@ impl View {
             near: 1e-4 * distance,
             size,
         })
+    }
+
+    /// Where a world position is seen: column and row in pixels, pixel (i, j) covering \[i, i + 1) x \[j, j + 1), and its
+    /// distance along the view, which is not positive behind the camera.
+    pub fn project(&self, position: [f64; 3]) -> [f64; 3] {
+        let [x, y, distance] = self.camera_space(position);
+        let pixel = |c: f64, size: f64| 0.5 * (c / distance + 1.0) * size;
+        [pixel(x, self.size[0]), pixel(y, self.size[1]), distance]
+    }
+
+    /// Pixels that a length across the view takes at distance 1, per unit.
+    pub fn pixels_per_unit(&self) -> f64 {
+        0.5 * self.size[1] / self.half[1]
     }
 
     /// Right, down and distance along the view; the visible cone has |right|, |down| <= distance.
@@ -247,7 +265,7 @@ pub(crate) fn render(
     scene.check()?;
     // Masks are checked as for stacks.
     crate::stack::fixed_point::Masks::new(scene)?;
-    let view = View::new(camera, width, height)?;
+    let view = CameraView::new(camera, width, height)?;
     let position = |i: u32| scene.vertices[i as usize].position.map(f64::from);
     let pieces: Vec<(u32, PreparedTriangle)> = scene
         .triangles

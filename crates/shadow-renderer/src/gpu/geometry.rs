@@ -9,7 +9,7 @@ use super::bind::Resource;
 use super::colour::TextureBuffers;
 use super::raster_pass::{Corners, Depth, RasterPass};
 use super::{DEPTH_MAP, SURFACES};
-use crate::frame::raster::{View, flat_normal, is_hidden};
+use crate::frame::raster::{CameraView, flat_normal, is_hidden};
 use crate::stack::fixed_point::Masks;
 use crate::{LightFrame, RenderError};
 
@@ -190,7 +190,7 @@ impl Geometry {
         // Depth is reversed: 1 at the near plane, 0 at infinity.
         let view = target(DEPTH, Uses::empty());
         let depth = Depth { view, compare: CompareFunction::Greater, clear: 0.0 };
-        let rows = View::new(&scene.camera, width, height)?.clip_rows();
+        let rows = CameraView::new(&scene.camera, width, height)?.clip_rows();
         let camera = gpu.buffer_of("camera", &rows, Usage::UNIFORM);
         let mut resources = self.buffers.with("camera", &camera).to_vec();
         resources.extend(self.textures.resources());

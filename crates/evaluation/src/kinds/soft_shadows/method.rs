@@ -95,19 +95,19 @@ pub struct MethodSetting {
 pub(super) const PUBLISHED_BIAS: f64 = 5e-6;
 
 /// A method on one map and light.
-pub(super) enum Prepared {
+pub(crate) enum Prepared {
     Double(Box<SoftMethod<f64>>),
     Single(Box<SoftMethod<f32>>),
 }
 
 impl MethodSetting {
     /// Whether every texel is compared.
-    pub(super) fn is_percentage_closer(&self) -> bool {
+    pub(crate) fn is_percentage_closer(&self) -> bool {
         self.bound.is_none()
     }
 
     /// Whether there is a table of sums.
-    pub(super) fn bits_per_texel(&self) -> usize {
+    pub(crate) fn bits_per_texel(&self) -> usize {
         let channel = match self.table {
             Table::Uint32 | Table::Float32 => 32,
             Table::Uint16 => 16,
@@ -117,7 +117,7 @@ impl MethodSetting {
     }
 
     /// Rejects what cannot be prepared; `place` is the method's key.
-    pub(super) fn check(&self, name: &str, place: &str) -> Result<(), EvaluationError> {
+    pub(crate) fn check(&self, name: &str, place: &str) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| {
             Err(EvaluationError::key(format!("{place}.{key}"), format!("technique `{name}`: {reason}")))
         };
@@ -257,7 +257,7 @@ impl MethodSetting {
     }
 
     /// The method on a map.
-    pub(super) fn prepare(
+    pub(crate) fn prepare(
         &self,
         map: &DepthMap,
         penumbra: &Penumbra<f64>,
@@ -294,7 +294,7 @@ impl MethodSetting {
 }
 
 impl Prepared {
-    pub(super) fn estimate(
+    pub(crate) fn estimate(
         &self,
         view: &SoftShadow<'_>,
         receiver: &SoftReceiver,

@@ -16,6 +16,7 @@ mod sweep;
 mod timing;
 mod view;
 
+pub(crate) use method::Prepared;
 pub use method::{Corners, MethodSetting, Precision};
 pub use records::{
     PassSample, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord,

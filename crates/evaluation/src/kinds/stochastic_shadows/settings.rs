@@ -1,0 +1,174 @@
+//! The TOML keys of the kind `stochastic-shadows`.
+
+use super::method::StochasticTechnique;
+use crate::error::EvaluationError;
+use crate::experiment::keys::{file_name, in_key, not_empty, unique};
+use crate::experiment::kind::{RunContext, Settings};
+use crate::fragments::SceneSettings;
+use crate::kinds::soft_shadows::{SoftTiming, TruthSetting};
+use crate::lit_frames::{ScaledLight, check_camera, check_zoom};
+use crate::pictures::check_output;
+use crate::role::check_roles;
+use crate::run::Recorded;
+use applications::soft_shadow::{AreaTruth, TruthSettings};
+use serde::{Deserialize, Serialize};
+use shadow_filtering::DepthBias;
+
+/// The TOML keys of this kind, beside `kind` and `scale`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct StochasticShadowsExperiment {
+    /// Scenes and maps; its keys stand beside the others. `fragments` are the pixels that are judged, the kernel is not used,
+    /// the seed is that of rays, taps and pixels.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
+    /// Width and height of a frame in pixels.
+    pub camera: [u32; 2],
+    /// By how much narrower the field of view is than the scene's own.
+    pub zoom: f64,
+    /// Shadow rays.
+    pub truth: TruthSetting,
+    /// Depth bias of everything that has none of its own.
+    pub bias: DepthBias,
+    /// How near, in texels, the first blocker towards the light's middle must be for a contact.
+    pub contact: f64,
+    /// The lights.
+    pub light: Vec<ScaledLight>,
+    /// The methods.
+    pub technique: Vec<StochasticTechnique>,
+    /// What is timed: how often.
+    pub timing: SoftTiming,
+    /// A scene whose part turns (SSSM15 Figure 14).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modulation: Option<ModulationSetting>,
+    /// Pictures.
+    #[serde(default)]
+    pub picture: Vec<StochasticPicture>,
+}
+
+/// How the light field changes as a part of a scene turns.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModulationSetting {
+    /// A procedural scene with a part that moves.
+    pub scene: String,
+    /// View with a light in space.
+    pub view: String,
+    /// Two frames of its movement.
+    pub frames: [usize; 2],
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+}
+
+/// A picture: the truth, then each technique; below, parts magnified.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct StochasticPicture {
+    /// File name without extension.
+    pub id: String,
+    /// Scene, as in `scenes`, or that of the modulation.
+    pub scene: String,
+    /// View; the first without one.
+    #[serde(default)]
+    pub view: String,
+    /// Name of a light.
+    pub light: String,
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+    /// Width and height of one picture in pixels.
+    pub output: [u32; 2],
+    /// Field of view, as `zoom` of the experiment.
+    pub zoom: f64,
+    /// Left, top and side of squares to magnify, in pixels.
+    #[serde(default)]
+    pub insets: Vec<[u32; 3]>,
+}
+
+fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
+    Err(EvaluationError::key(key, reason))
+}
+
+impl Settings for StochasticShadowsExperiment {
+    const KIND: &'static str = "stochastic-shadows";
+    const ON_SCENES: bool = true;
+
+    fn check(&self) -> Result<(), EvaluationError> {
+        self.scenery.check(true)?;
+        not_empty([("light", self.light.is_empty()), ("technique", self.technique.is_empty())])?;
+        check_camera(self.camera)?;
+        check_zoom(self.zoom)?;
+        if !(self.contact > 0.0 && self.contact <= 1e6) {
+            return fail("contact", format!("contact = {} does not lie in (0, 1e6]", self.contact));
+        }
+        self.nets()?;
+        self.bias.check().map_err(in_key("bias"))?;
+        ScaledLight::check_all(&self.light)?;
+        check_roles(&self.technique, "technique")?;
+        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        for (i, technique) in self.technique.iter().enumerate() {
+            technique.check(&format!("technique[{i}]"))?;
+        }
+        if let Some(modulation) = &self.modulation {
+            self.named(&modulation.techniques, "modulation.techniques")?;
+        }
+        unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
+        for (i, picture) in self.picture.iter().enumerate() {
+            let place = format!("picture[{i}]");
+            file_name(&format!("{place}.id"), "picture", &picture.id)?;
+            self.named(&picture.techniques, &format!("{place}.techniques"))?;
+            check_zoom(picture.zoom)?;
+            if !self.light.iter().any(|light| light.name == picture.light) {
+                let reason = format!("{place}.light: light `{}` is not defined", picture.light);
+                return fail(format!("{place}.light"), reason);
+            }
+            check_output(picture.output, &picture.insets)
+                .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
+        }
+        Ok(())
+    }
+
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
+    }
+
+    fn scenes_replaced(&mut self) {
+        // Every scene has a lamp, and views were cleared with the scenes.
+        self.scenery.views = vec!["lamp".to_owned()];
+        let scene = &self.scenery.scenes[0];
+        self.picture.truncate(1);
+        for picture in &mut self.picture {
+            picture.scene.clone_from(scene);
+            picture.view.clear();
+        }
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl StochasticShadowsExperiment {
+    /// The nets of all shadow rays.
+    pub(super) fn nets(&self) -> Result<AreaTruth, EvaluationError> {
+        let TruthSetting { standard_error, most_rays } = self.truth;
+        let truth = AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed });
+        truth.map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))
+    }
+
+    /// Where techniques of these names stand.
+    pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
+        if names.is_empty() {
+            return fail(key, format!("{key} is empty"));
+        }
+        let place = |name: &String| match self.technique.iter().position(|t| t.name == *name) {
+            Some(index) => Ok(index),
+            None => fail(key, format!("{key}: technique `{name}` is not defined")),
+        };
+        names.iter().map(place).collect()
+    }
+
+    /// Depth bias of a technique, with the limit of slopes.
+    pub(super) fn bias(&self, index: usize) -> (&DepthBias, f64) {
+        (self.technique[index].bias.as_ref().unwrap_or(&self.bias), self.scenery.plane_limit)
+    }
+}

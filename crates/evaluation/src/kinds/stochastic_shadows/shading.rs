@@ -1,0 +1,300 @@
+//! Stochastic maps of a frame, filtered on their planes, and what they make of surfaces.
+
+use super::method::{Choice, StochasticSetting};
+use super::records::PlaneRecord;
+use super::settings::StochasticShadowsExperiment;
+use crate::error::EvaluationError;
+use crate::lit_frames::{MappedLight, Scenery, Seen, Sight, on_map};
+use crate::statistics::rounded;
+use applications::rays::PosedTriangles;
+use applications::samples::{PoissonTaps, TapShape};
+use applications::stochastic::{FilteredPlane, Lens, LensMap, between_planes, filter_plane};
+use rayon::prelude::*;
+use scenes::vector::dot;
+use scenes::{LightView, Outline, Scene};
+use shadow_filtering::{DepthBias, Technique};
+use std::borrow::Cow;
+
+/// The stream of the taps of the search for edges.
+const EDGE_STREAM: u64 = 0xed6e;
+
+/// A frame of a scene under a light.
+pub(super) struct LitFrame<'a> {
+    pub(super) experiment: &'a StochasticShadowsExperiment,
+    scene: Cow<'a, Scene>,
+    posed: PosedTriangles<'a>,
+    view: LightView,
+    /// With the map of the experiment's size.
+    pub(super) light: MappedLight,
+    pub(super) seen: Vec<Option<Seen>>,
+}
+
+/// A representation among those that were filtered together.
+struct Member {
+    technique: usize,
+    first: usize,
+    basis: Technique,
+    blend_shadows: bool,
+}
+
+/// Techniques that are filtered alike, on their planes.
+pub(super) struct Group {
+    members: Vec<Member>,
+    light: MappedLight,
+    /// Distances of the planes from the light.
+    distances: Vec<f64>,
+    depths: Vec<f64>,
+    focus: usize,
+    planes: Vec<FilteredPlane>,
+    channels: usize,
+}
+
+/// Maps that were traced already, by side, plane in focus and stream.
+pub(super) type Traced = Vec<((u32, u64, u64), LensMap)>;
+
+impl<'a> LitFrame<'a> {
+    pub(super) fn new(
+        experiment: &'a StochasticShadowsExperiment,
+        scenery: &'a Scenery<'_>,
+        frame: usize,
+        (view, sight): (LightView, &Sight),
+    ) -> Result<Self, EvaluationError> {
+        let scene = scenery.scene.at(frame);
+        let light = MappedLight::new(&scene, view.clone(), experiment.scenery.size)?;
+        let seen = |pixel: usize| {
+            let seen = sight.facing(scenery.scene, pixel, light.placed.middle)?;
+            // What lies in the light's plane or behind has no place on maps.
+            let distance = light.frame.near + light.frame.project(seen.position)[2] * light.frame.depth_range;
+            (distance > 0.0).then_some(seen)
+        };
+        let seen = (0..sight.depth.len()).into_par_iter().map(seen).collect();
+        Ok(Self { experiment, posed: scenery.posed(frame), scene, view, light, seen })
+    }
+
+    /// Filters what techniques need, those that are filtered alike together. `stream` tells the points of the light.
+    pub(super) fn groups(
+        &self,
+        techniques: &[usize],
+        stream: u64,
+        traced: &mut Traced,
+    ) -> Result<Vec<Group>, EvaluationError> {
+        let mut sets: Vec<(&StochasticSetting, Vec<usize>)> = Vec::new();
+        for &index in techniques {
+            let Some(Choice::Stochastic(setting)) = self.experiment.technique[index].choice() else {
+                continue;
+            };
+            match sets.iter_mut().find(|(first, _)| first.shares(setting)) {
+                Some((_, members)) => members.push(index),
+                None => sets.push((setting, vec![index])),
+            }
+        }
+        sets.into_iter().map(|(setting, members)| self.group(setting, &members, stream, traced)).collect()
+    }
+
+    fn group(
+        &self,
+        setting: &StochasticSetting,
+        techniques: &[usize],
+        stream: u64,
+        traced: &mut Traced,
+    ) -> Result<Group, EvaluationError> {
+        let seed = self.experiment.scenery.seed;
+        let size = setting.size(self.experiment.scenery.size);
+        let light = MappedLight::new(&self.scene, self.view.clone(), size)?;
+        let depths = self.depths(setting);
+        let distance = |depth: f64| light.frame.near + depth * light.frame.depth_range;
+        let distances: Vec<f64> = depths.iter().map(|&depth| distance(depth)).collect();
+        let focus = depths.len() / 2;
+        let key = (size, distances[focus].to_bits(), stream);
+        if !traced.iter().any(|(known, _)| *known == key) {
+            traced.push((key, self.traced(&light, distances[focus], (seed, stream))));
+        }
+        let Some((_, map)) = traced.iter().find(|(known, _)| *known == key) else {
+            return Err(EvaluationError::Value("a map was lost".to_owned()));
+        };
+        let mut members = Vec::new();
+        let mut channels = 0;
+        for &technique in techniques {
+            let of = &self.experiment.technique[technique];
+            let Some(Choice::Stochastic(setting)) = of.choice() else { continue };
+            let basis = setting
+                .build()
+                .map_err(|error| EvaluationError::Value(format!("technique `{}`: {error}", of.name)))?;
+            let first = channels;
+            channels += basis.channels();
+            members.push(Member { technique, first, basis, blend_shadows: setting.blend_shadows });
+        }
+        let mut values = vec![0.0f32; map.samples().len() * channels];
+        values.par_chunks_mut(channels).zip(map.samples()).for_each(|(values, sample)| {
+            let depth = (f64::from(sample.distance) - light.frame.near) / light.frame.depth_range;
+            for member in &members {
+                let out = &mut values[member.first..member.first + member.basis.channels()];
+                member.basis.encode(depth.clamp(0.0, 1.0) as f32, out);
+            }
+        });
+        let filter = setting.filter();
+        let taps = PoissonTaps::new(TapShape::Disc, filter.edge_taps, seed, EDGE_STREAM);
+        let needed = self.needed(&light, &distances);
+        let mut planes: Vec<FilteredPlane> = distances
+            .iter()
+            .zip(&needed)
+            .map(|(&distance, needed)| {
+                filter_plane(map, distance, (&values, channels), &filter, (&taps, seed), Some(needed))
+            })
+            .collect();
+        for plane in &mut planes {
+            plane.for_each_texel(|values| {
+                for member in &members {
+                    let format = member.basis.encoding().format();
+                    let stored = &mut values[member.first..member.first + member.basis.channels()];
+                    stored.iter_mut().for_each(|value| *value = format.round_single(*value));
+                }
+            });
+        }
+        Ok(Group { members, light, distances, depths, focus, planes, channels })
+    }
+
+    /// Depths of the planes.
+    fn depths(&self, setting: &StochasticSetting) -> Vec<f64> {
+        let Some(count) = setting.receiver_planes else { return setting.planes.clone() };
+        let mut seen: Vec<f64> =
+            self.seen.iter().flatten().map(|seen| self.light.frame.project(seen.position)[2]).collect();
+        seen.sort_by(f64::total_cmp);
+        let at = |share: f64| seen.get((share * (seen.len() - 1) as f64).round() as usize).copied();
+        let share = |i: usize| if count == 1 { 0.5 } else { i as f64 / (count - 1) as f64 };
+        let mut depths: Vec<f64> =
+            if seen.is_empty() { Vec::new() } else { (0..count).filter_map(|i| at(share(i))).collect() };
+        depths.dedup();
+        // Without receivers any plane will do.
+        if depths.is_empty() { vec![0.5] } else { depths }
+    }
+
+    /// Texels of each plane around which visible surfaces look.
+    fn needed(&self, light: &MappedLight, distances: &[f64]) -> Vec<Vec<bool>> {
+        let [width, height] = [light.frame.width as usize, light.frame.height as usize];
+        let mut needed = vec![vec![false; width * height]; distances.len()];
+        for seen in self.seen.iter().flatten() {
+            let [x, y, depth] = light.frame.project(seen.position);
+            let distance = light.frame.near + depth * light.frame.depth_range;
+            let Some((lower, share)) = between_planes(distances, distance) else { continue };
+            let texel = |t: f64, size: usize| (t.max(0.0) as usize).min(size - 1);
+            let at = texel(y, height) * width + texel(x, width);
+            needed[lower][at] = true;
+            if share > 0.0 {
+                needed[(lower + 1).min(distances.len() - 1)][at] = true;
+            }
+        }
+        needed
+    }
+
+    /// Rays from all over the light.
+    pub(super) fn traced(&self, light: &MappedLight, focus: f64, streams: (u64, u64)) -> LensMap {
+        let frame = &light.frame;
+        let far = frame.near + frame.depth_range;
+        let depth = (focus - frame.near) / frame.depth_range;
+        LensMap::trace(lens(light), focus, streams, |[x, y], point| {
+            let offset = light.placed.towards(light.placed.middle, point);
+            let start = [0, 1, 2].map(|k| light.placed.middle[k] + offset[k]);
+            let through = frame.unproject([x, y, depth]);
+            let direction = [0, 1, 2].map(|k| (through[k] - start[k]) * (far / focus));
+            let first = self.posed.first(start, direction).map(|(at, _)| at * far);
+            ([dot(offset, frame.right), dot(offset, frame.down)], first.filter(|&distance| distance > 0.0))
+        })
+    }
+}
+
+/// The light as the filter has it: a disc stands for a rectangle of equal area.
+pub(super) fn lens(light: &MappedLight) -> Lens {
+    let factor = match light.placed.outline {
+        Outline::Rectangle => 2.0 / std::f64::consts::PI.sqrt(),
+        Outline::Disc => 1.0,
+    };
+    let frame = &light.frame;
+    Lens {
+        size: [frame.width as usize, frame.height as usize],
+        texels: frame.texels_per_unit.map(|texels| texels * frame.near),
+        half_size: light.penumbra.half_size.map(|half| factor * half),
+    }
+}
+
+impl Group {
+    /// Techniques of the group, by their place among its members.
+    pub(super) fn techniques(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.members.iter().enumerate().map(|(place, member)| (place, member.technique))
+    }
+
+    /// Bits of a texel of a plane, and memory of all planes in MiB.
+    pub(super) fn memory(&self, member: usize) -> (usize, f64) {
+        let bits = self.members[member].basis.bits_per_texel();
+        let texels = f64::from(self.light.frame.width) * f64::from(self.light.frame.height);
+        (bits, bits as f64 / 8.0 * texels * self.planes.len() as f64 / f64::from(1 << 20))
+    }
+
+    pub(super) fn planes(&self) -> usize {
+        self.planes.len()
+    }
+
+    pub(super) fn size(&self) -> u32 {
+        self.light.frame.width
+    }
+
+    /// Rows of planes.csv.
+    pub(super) fn plane_records(&self, [scene, view, light, technique]: [&str; 4]) -> Vec<PlaneRecord> {
+        let rows = self.planes.iter().zip(&self.depths).enumerate();
+        rows.map(|(i, (plane, &depth))| PlaneRecord {
+            scene: scene.to_owned(),
+            view: view.to_owned(),
+            light: light.to_owned(),
+            technique: technique.to_owned(),
+            depth: rounded(depth),
+            in_focus: i == self.focus,
+            active_tiles: rounded(plane.active_tiles),
+            cut_off: rounded(plane.cut_off),
+            merged: rounded(plane.merged),
+        })
+        .collect()
+    }
+
+    /// The shadow of a surface by a member; nothing where no sample reaches it.
+    pub(super) fn shadow(
+        &self,
+        member: usize,
+        bias: (&DepthBias, f64),
+        seen: &Seen,
+    ) -> Result<Option<f64>, String> {
+        let light = &self.light;
+        let Some(placed) = on_map(&light.frame, light.texel_depth, bias, (seen.position, seen.normal)) else {
+            return Ok(None);
+        };
+        let distance = light.frame.near + placed.depth * light.frame.depth_range;
+        let Some((lower, share)) = between_planes(&self.distances, distance) else { return Ok(None) };
+        let upper = (lower + 1).min(self.planes.len() - 1);
+        let Member { first, basis, blend_shadows, .. } = &self.members[member];
+        let own = *first..first + basis.channels();
+        let read = |plane: usize| {
+            let mut values = vec![0.0f32; self.channels];
+            self.planes[plane].at(placed.fragment.position, &mut values)?;
+            Some(values[own.clone()].to_vec())
+        };
+        let compared = (placed.depth - placed.fragment.bias) as f32;
+        let shade = |values: &[f32]| -> Result<f64, String> {
+            let mut b = vec![0.0f32; values.len()];
+            basis.restore(values, &mut b);
+            basis.shade(&b, compared).map(f64::from).map_err(|error| error.to_string())
+        };
+        let (near, far) = (read(lower), if share > 0.0 { read(upper) } else { None });
+        Ok(match (near, far) {
+            (Some(near), Some(far)) if *blend_shadows => {
+                let (near, far) = (shade(&near)?, shade(&far)?);
+                Some(near + share * (far - near))
+            }
+            (Some(near), Some(far)) => {
+                let pairs = near.iter().zip(&far);
+                let blended: Vec<f32> = pairs.map(|(a, b)| a + share as f32 * (b - a)).collect();
+                Some(shade(&blended)?)
+            }
+            (Some(one), None) | (None, Some(one)) => Some(shade(&one)?),
+            (None, None) => None,
+        })
+    }
+}

@@ -1,0 +1,272 @@
+//! The TOML keys of the kind `temporal-shadows`.
+
+use super::method::{MethodChoice, TemporalTechnique};
+use crate::error::EvaluationError;
+use crate::experiment::keys::{file_name, in_key, not_empty, unique};
+use crate::experiment::kind::{RunContext, Settings};
+use crate::fragments::SceneSettings;
+use crate::kinds::soft_shadows::{SoftTiming, TruthSetting};
+use crate::lit_frames::{ScaledLight, Window, check_camera, check_zoom};
+use crate::pictures::check_output;
+use crate::role::check_roles;
+use crate::run::Recorded;
+use applications::soft_shadow::{AreaTruth, TruthSettings};
+use scenes::{CameraPath, Movement};
+use serde::{Deserialize, Serialize};
+use shadow_filtering::DepthBias;
+
+/// The TOML keys of this kind, beside `kind` and `scale`.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TemporalShadowsExperiment {
+    /// Scenes and shadow maps; its keys stand beside the others. `fragments` are the pixels of a frame that are judged, the
+    /// kernel is not used, the seed is that of rays, taps and pixels.
+    #[serde(skip)]
+    pub scenery: SceneSettings,
+    /// Width and height of a frame in pixels.
+    pub camera: [u32; 2],
+    /// By how much the shadow buffer is larger than the frame, a share of its sides (TC09: 0.05).
+    pub overscan: f64,
+    /// By how much narrower the field of view is than the scene's own.
+    pub zoom: f64,
+    /// Shadow rays.
+    pub truth: TruthSetting,
+    /// Depth bias of everything that has none of its own.
+    pub bias: DepthBias,
+    /// The lights.
+    pub light: Vec<ScaledLight>,
+    /// The ways of camera and scene.
+    pub path: Vec<PathSetting>,
+    /// The methods.
+    pub technique: Vec<TemporalTechnique>,
+    /// How long the formats of the buffer count.
+    pub counting: CountingSetting,
+    /// What is timed: how often each method makes a frame.
+    pub timing: SoftTiming,
+    /// Pictures.
+    #[serde(default)]
+    pub picture: Vec<TemporalPicture>,
+}
+
+/// A way through frames.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PathSetting {
+    /// Name in records.
+    pub name: String,
+    /// How the camera moves.
+    pub movement: Movement,
+    /// Degrees a frame, or of the jump of a cut.
+    #[serde(default)]
+    pub degrees: f64,
+    /// Number of frames.
+    pub frames: usize,
+    /// Whether the scene's part moves.
+    #[serde(default)]
+    pub moving: bool,
+    /// Frames that are judged, counted from 1.
+    pub judged: Vec<usize>,
+}
+
+/// A simulation of single pixels: how long a format counts.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct CountingSetting {
+    /// Shares of shadow, spread evenly.
+    pub pixels: usize,
+    /// Frames after which n and psi are told.
+    pub frames: Vec<usize>,
+}
+
+/// A picture: the truth in the last of its frames, then each technique in each frame; below, parts magnified.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TemporalPicture {
+    /// File name without extension.
+    pub id: String,
+    /// Scene, as in `scenes`.
+    pub scene: String,
+    /// View; the first without one.
+    #[serde(default)]
+    pub view: String,
+    /// Name of a light.
+    pub light: String,
+    /// Name of a path.
+    pub path: String,
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+    /// Frames, counted from 1.
+    pub frames: Vec<usize>,
+    /// Left, top and side of squares to magnify, in pixels of the frame.
+    #[serde(default)]
+    pub insets: Vec<[u32; 3]>,
+}
+
+/// Most frames of a path.
+const MAX_FRAMES: usize = 1 << 16;
+
+fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
+    Err(EvaluationError::key(key, reason))
+}
+
+impl PathSetting {
+    /// Whether neither camera nor scene moves.
+    pub fn is_still(&self) -> bool {
+        self.movement == Movement::Still && !self.moving
+    }
+
+    /// Whether the camera jumps.
+    pub fn is_cut(&self) -> bool {
+        self.movement == Movement::Cut
+    }
+
+    /// The camera's way.
+    pub(super) fn camera(&self, zoom: f64) -> CameraPath {
+        CameraPath { movement: self.movement, degrees: self.degrees, zoom, frames: self.frames }
+    }
+
+    /// Whether all frames show the same.
+    pub(super) fn is_constant(&self, has_motion: bool) -> bool {
+        self.movement == Movement::Still && !(self.moving && has_motion)
+    }
+
+    fn check(&self, place: &str) -> Result<(), EvaluationError> {
+        let Self { name, frames, .. } = self;
+        if !(2..=MAX_FRAMES).contains(frames) {
+            let reason = format!(
+                "path `{name}`: frames = {frames} is not between 2 and {MAX_FRAMES}: shadows are gathered over time"
+            );
+            return fail(format!("{place}.frames"), reason);
+        }
+        if !(self.degrees.abs() <= 180.0) {
+            let reason = format!("path `{name}`: degrees = {} is not between -180 and 180", self.degrees);
+            return fail(format!("{place}.degrees"), reason);
+        }
+        if self.judged.is_empty() {
+            return fail(format!("{place}.judged"), format!("path `{name}`: judged is empty"));
+        }
+        let ascends = self.judged.windows(2).all(|pair| pair[0] < pair[1]);
+        if let Some(frame) = self.judged.iter().find(|frame| !(1..=*frames).contains(frame)) {
+            let reason = format!("path `{name}`: judged frame {frame} is none of its 1 to {frames}");
+            return fail(format!("{place}.judged"), reason);
+        }
+        if !ascends {
+            let reason = format!("path `{name}`: judged = {:?} does not ascend", self.judged);
+            return fail(format!("{place}.judged"), reason);
+        }
+        Ok(())
+    }
+}
+
+impl Settings for TemporalShadowsExperiment {
+    const KIND: &'static str = "temporal-shadows";
+    const ON_SCENES: bool = true;
+
+    fn check(&self) -> Result<(), EvaluationError> {
+        self.scenery.check(true)?;
+        not_empty([
+            ("light", self.light.is_empty()),
+            ("path", self.path.is_empty()),
+            ("technique", self.technique.is_empty()),
+            ("counting.frames", self.counting.frames.is_empty()),
+        ])?;
+        check_camera(self.camera)?;
+        if !(0.0..=1.0).contains(&self.overscan) {
+            return fail("overscan", format!("overscan = {} does not lie in [0, 1]", self.overscan));
+        }
+        check_zoom(self.zoom)?;
+        self.nets()?;
+        self.bias.check().map_err(in_key("bias"))?;
+        ScaledLight::check_all(&self.light)?;
+        unique(("path", "name", "path"), self.path.iter().map(|path| path.name.as_str()))?;
+        for (i, path) in self.path.iter().enumerate() {
+            path.check(&format!("path[{i}]"))?;
+        }
+        check_roles(&self.technique, "technique")?;
+        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        for (i, technique) in self.technique.iter().enumerate() {
+            technique.check(&format!("technique[{i}]"))?;
+        }
+        if !(1..=4096).contains(&self.counting.pixels) {
+            return fail(
+                "counting.pixels",
+                format!("pixels = {} is not between 1 and 4096", self.counting.pixels),
+            );
+        }
+        if let Some(frames) = self.counting.frames.iter().find(|frames| !(1..=1 << 20).contains(*frames)) {
+            return fail("counting.frames", format!("frames = {frames} is not between 1 and 2^20"));
+        }
+        unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
+        for (i, picture) in self.picture.iter().enumerate() {
+            self.check_picture(picture, &format!("picture[{i}]"))?;
+        }
+        Ok(())
+    }
+
+    fn on_scenes(&mut self, scenery: SceneSettings) {
+        self.scenery = scenery;
+    }
+
+    fn scenes_replaced(&mut self) {
+        // Every scene has a lamp, and views were cleared with the scenes.
+        self.scenery.views = vec!["lamp".to_owned()];
+        let scene = &self.scenery.scenes[0];
+        for picture in &mut self.picture {
+            picture.scene.clone_from(scene);
+            picture.view.clear();
+        }
+    }
+
+    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
+        self.evaluate(context)
+    }
+}
+
+impl TemporalShadowsExperiment {
+    /// The nets of all shadow rays.
+    pub(super) fn nets(&self) -> Result<AreaTruth, EvaluationError> {
+        let TruthSetting { standard_error, most_rays } = self.truth;
+        let truth = AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed });
+        truth.map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))
+    }
+
+    /// The pixels of a frame.
+    pub(super) fn window(&self) -> Window {
+        Window { camera: self.camera, overscan: self.overscan }
+    }
+
+    /// Techniques that keep a buffer, with their methods.
+    pub(super) fn gathering(&self) -> impl Iterator<Item = (usize, &applications::temporal::TemporalMethod)> {
+        self.technique.iter().enumerate().filter_map(|(i, technique)| match &technique.choice {
+            MethodChoice::Temporal(method) => Some((i, method)),
+            MethodChoice::Taps(_) | MethodChoice::Soft(_) => None,
+        })
+    }
+
+    fn check_picture(&self, picture: &TemporalPicture, place: &str) -> Result<(), EvaluationError> {
+        file_name(&format!("{place}.id"), "picture", &picture.id)?;
+        let undefined = |key: &str, what: &str, name: &str| {
+            fail(format!("{place}.{key}"), format!("{place}.{key}: {what} `{name}` is not defined"))
+        };
+        if !self.light.iter().any(|light| light.name == picture.light) {
+            return undefined("light", "light", &picture.light);
+        }
+        let Some(path) = self.path.iter().find(|path| path.name == picture.path) else {
+            return undefined("path", "path", &picture.path);
+        };
+        let known = |name: &&String| self.technique.iter().any(|technique| technique.name == **name);
+        if let Some(name) = picture.techniques.iter().find(|name| !known(name)) {
+            return undefined("techniques", "technique", name);
+        }
+        if picture.techniques.is_empty() || picture.frames.is_empty() {
+            return fail(place, format!("picture `{}` shows nothing", picture.id));
+        }
+        if let Some(frame) = picture.frames.iter().find(|frame| !path.judged.contains(frame)) {
+            let reason =
+                format!("picture `{}`: frame {frame} is not judged on path `{}`", picture.id, path.name);
+            return fail(format!("{place}.frames"), reason);
+        }
+        check_output(self.camera, &picture.insets)
+            .or_else(|reason| fail(place, format!("picture `{}`: {reason}", picture.id)))
+    }
+}
