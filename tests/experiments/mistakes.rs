@@ -92,7 +92,7 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("plane_limit = 0.05", "plane_limit = \"flat\"", "plane_limit"),
                 ("divisors = [1, 2, 4]", "divisors = [3]", "divisors[0] = 3"),
                 ("exponent = 11.0", "exponent = 12.0", "12"),
-                ("rounds = 2", "rounds = 0", "in 0 rounds"),
+                ("rounds = 1", "rounds = 0", "in 0 rounds"),
             ],
         ),
         (
@@ -231,7 +231,7 @@ fn mistakes_in_candidates_name_line_and_value() {
         ("{ leak_reduction = 0.3 }", "{ leak_reduction = 1.0 }", "leak_reduction = 1"),
         ("\"VSM, f32\"", "\"VSM, f64\"", "VSM, f64"),
         ("kernels = [5, 17, 33]", "kernels = [4]", "kernel size 4"),
-        ("rounds = 2", "rounds = 0", "in 0 rounds"),
+        ("rounds = 1", "rounds = 0", "in 0 rounds"),
         ("output = [320, 180]", "output = [0, 180]", "every_view"),
         ("gap_tolerances = [0.1, 0.02, 0.004]", "gap_tolerances = [0.0]", "tolerance 0"),
         ("insets = [[112", "insets = [[470", "inset [470"),

@@ -5,7 +5,7 @@
 
 use super::records::FrameSample;
 use super::scenery::SpeedPlan;
-use super::settings::{CandidateSetting, FrameTiming, SpeedAccuracyExperiment};
+use super::settings::{FrameTiming, SpeedAccuracyExperiment};
 use crate::error::EvaluationError;
 use crate::fragments::{LoadedScene, Source};
 use crate::timing::GpuRecord;
@@ -212,12 +212,8 @@ impl SpeedAccuracyExperiment {
             let key = if timing.frames == 0 { "frames" } else { "rounds" };
             return fail(key, format!("{} frames in {} rounds are none", timing.frames, timing.rounds));
         }
-        let known = |label: &String| {
-            let of = |technique: &CandidateSetting| label.starts_with(&format!("{}, ", technique.name));
-            self.technique.iter().any(of)
-        };
-        if let Some(label) = timing.techniques.iter().find(|label| !known(label)) {
-            return fail("techniques", format!("`{label}` is no technique with a format"));
+        if let Some(label) = timing.techniques.iter().find(|label| !self.is_candidate(label)) {
+            return fail("techniques", format!("technique `{label}` is not a candidate (`NAME, FORMAT`)"));
         }
         for point in timing.points() {
             if gaussian(point.kernel).is_none() {

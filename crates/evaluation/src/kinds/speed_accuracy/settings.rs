@@ -333,6 +333,13 @@ impl SpeedAccuracyExperiment {
         views.filter(|(scene, _)| !scene.ends_with(".npz")).map(picture).collect()
     }
 
+    /// Whether a candidate is called `NAME, FORMAT`.
+    pub(super) fn is_candidate(&self, label: &str) -> bool {
+        let is_called =
+            |candidate: &CandidateSetting| format!("{}, {}", candidate.name, candidate.format()) == label;
+        self.technique.iter().any(is_called)
+    }
+
     fn check_picture(&self, picture: &PictureSetting, place: &str) -> Result<(), EvaluationError> {
         let fail = |reason: String| {
             let reason = format!("picture `{}`: {reason}", picture.id);
@@ -342,9 +349,7 @@ impl SpeedAccuracyExperiment {
             return fail(reason);
         }
         for name in &picture.techniques {
-            let known =
-                |candidate: &CandidateSetting| format!("{}, {}", candidate.name, candidate.format()) == *name;
-            if !self.technique.iter().any(known) {
+            if !self.is_candidate(name) {
                 return fail(format!("technique `{name}` is not a candidate (`NAME, FORMAT`)"));
             }
         }
