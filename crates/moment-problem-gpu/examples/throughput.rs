@@ -142,7 +142,7 @@ fn main() {
             for (i, (bound, lower)) in read[c].iter().zip(&solution.lower).enumerate() {
                 if *bound >= 0.0 {
                     let difference = (bound - lower).abs();
-                    wrong += usize::from(!(difference <= 2e-6));
+                    wrong += usize::from(difference.is_nan() || difference > 2e-6);
                     worst = worst.max(difference);
                     sum += (bound - fragments[i].mass_before).abs();
                 }

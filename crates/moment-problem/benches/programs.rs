@@ -75,7 +75,7 @@ fn main() {
                 let bounds = &fast.bounds;
                 let differences = solution.lower.iter().zip(bounds).map(|(a, b)| (a - b.lower).abs());
                 for (program, (lower, bound)) in solution.lower.iter().zip(bounds).enumerate() {
-                    if !((lower - bound.lower).abs() <= 2e-6) {
+                    if is_off(lower - bound.lower) {
                         let FastFragment { kernel, step, mass_before } = fragments[program];
                         let kernel = &kernels[kernel as usize];
                         let reference = reference_bound(columns.columns(), kernel, step);
@@ -91,8 +91,7 @@ fn main() {
                         );
                     }
                 }
-                let wrong =
-                    differences.clone().filter(|d| !(*d <= 2e-6)).count() + solution.uncertified.len();
+                let wrong = differences.clone().filter(|d| is_off(*d)).count() + solution.uncertified.len();
                 line += &format!(
                     " {} {:.3} (exact {} pivots {:.2} worst {:.1e} wrong {wrong})",
                     &name[..7],
@@ -138,4 +137,9 @@ fn note(rates: &mut Vec<Rate>, name: &str, seconds: f64, exact: usize, wrong: us
 
 fn variable(name: &str, default: usize) -> usize {
     std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+/// Whether bounds differ; NaN does.
+fn is_off(difference: f64) -> bool {
+    difference.is_nan() || difference.abs() > 2e-6
 }

@@ -82,7 +82,7 @@ impl<R: Real> StoredPowers<R> {
     /// What is stored of `channels` powers, as matrix, its inverse and offset: offset + matrix powers.
     pub(super) fn affine(&self, channels: usize) -> [Vec<f64>; 3] {
         let diagonal = |odd: f64| -> Vec<f64> {
-            let entry = |i: usize| match (i / channels == i % channels, i % channels % 2 == 0) {
+            let entry = |i: usize| match (i / channels == i % channels, (i % channels).is_multiple_of(2)) {
                 (false, _) => 0.0,
                 (true, true) => odd,
                 (true, false) => 1.0,

@@ -272,7 +272,7 @@ impl TemporalMethod {
         shaded.filtered = true;
         shaded.lookups += taps.points().len() as u32;
         // Not of NaN either; a blocker behind the receiver has no penumbra.
-        if !(width > 0.0) {
+        if width.is_nan() || width <= 0.0 {
             return;
         }
         let (mut sum, mut count) = (shaded.estimate, 1.0);

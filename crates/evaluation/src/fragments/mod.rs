@@ -23,7 +23,7 @@ use std::path::Path;
 
 /// What a shadow map is made from.
 pub(crate) enum Source {
-    Scene(Scene),
+    Scene(Box<Scene>),
     /// A stack that was rendered before; its one view is called `stack`.
     Stack(ShadowMapStack),
 }
@@ -161,7 +161,7 @@ impl Source {
         }
         let scene = load_scene(label).map_err(|error| error.to_string())?;
         let views = scene.views.clone();
-        Ok((Self::Scene(scene), views))
+        Ok((Self::Scene(Box::new(scene)), views))
     }
 
     /// The stack of a view, with the view's texel depth and frame.

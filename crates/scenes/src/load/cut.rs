@@ -157,12 +157,11 @@ fn corner(mesh: &Mesh, i: u32) -> Corner {
     corner
 }
 
+/// A polygon, the triangle that it is the whole of, and where it lies along u and v.
+type Bordered = (Vec<Corner>, Option<[u32; 3]>, [u8; 2]);
+
 /// The parts below 0, within, and beyond 1 along u or v; outside, the coordinate is that of the outermost texel's middle.
-fn at_borders(
-    (polygon, original, cell): (Vec<Corner>, Option<[u32; 3]>, [u8; 2]),
-    k: usize,
-    size: Option<u32>,
-) -> Vec<(Vec<Corner>, Option<[u32; 3]>, [u8; 2])> {
+fn at_borders((polygon, original, cell): Bordered, k: usize, size: Option<u32>) -> Vec<Bordered> {
     let texel = 0.5 / f64::from(size.unwrap_or(1).max(1));
     let (below, rest) = split((polygon, original), UV + k, 0.0);
     let (within, beyond) = split(rest, UV + k, 1.0);

@@ -223,5 +223,5 @@ fn named_camera(camera: &FileCamera, origin: [f64; 3], bounds: &Bounds) -> Optio
     let eye = eye.map(|c| c as f32);
     let usable = eye.iter().chain(&target).chain(&up).all(|c| c.is_finite()) && eye != target;
     let (name, vertical_fov) = (camera.name.clone(), camera.vertical_fov as f32);
-    usable.then(|| NamedCamera { name, camera: Camera { eye, target, up, vertical_fov } })
+    usable.then_some(NamedCamera { name, camera: Camera { eye, target, up, vertical_fov } })
 }

@@ -12,7 +12,9 @@ pub(super) fn as_utf8<'a>(
     at: &str,
     warnings: &mut Warnings,
 ) -> Result<Cow<'a, [u8]>, FileFault> {
-    let (rest, decode): (&[u8], fn([u8; 2]) -> u16) = match bytes {
+    /// A unit of UTF-16 from its bytes.
+    type Unit = fn([u8; 2]) -> u16;
+    let (rest, decode): (&[u8], Unit) = match bytes {
         [0xef, 0xbb, 0xbf, rest @ ..] => {
             warnings.add(WarningKind::ByteOrderMark, at, || format!("{at} begins with a byte order mark"));
             return Ok(Cow::Borrowed(rest));

@@ -1,6 +1,8 @@
 //! The passes of a frame after rasterisation as compute shaders: the same maps, by tiles in workgroup memory, and levels of
 //! the pyramid several at a time.
 
+use std::slice::from_ref;
+
 use graphics_device::{DeviceError, GraphicsDevice, PassTimer};
 use shaders::ComputeShaders;
 use wgpu::{BindingResource, TextureFormat as Format, TextureUsages as Uses, TextureView};
@@ -92,9 +94,9 @@ impl ComputeMaps {
             made += count;
         }
         Ok(Self {
-            resolve: dispatch(&shaders.resolve, &[], &[first.clone()], side)?,
-            rows: dispatch(&shaders.rows, &first, &[other.clone()], side)?,
-            columns: dispatch(&shaders.columns, &other, &[first.clone()], side)?,
+            resolve: dispatch(&shaders.resolve, &[], from_ref(&first), side)?,
+            rows: dispatch(&shaders.rows, &first, from_ref(&other), side)?,
+            columns: dispatch(&shaders.columns, &other, from_ref(&first), side)?,
             levels: passes,
             maps,
         })

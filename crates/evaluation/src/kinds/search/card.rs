@@ -88,7 +88,7 @@ impl<'a> CardSweep<'a> {
         let mut views: Vec<u16> = Vec::new();
         for program in order_of_all {
             let view = block.entries[program as usize].view;
-            if places.len() % GROUP == 0 || views.last() != Some(&view) {
+            if places.len().is_multiple_of(GROUP) || views.last() != Some(&view) {
                 places.resize(places.len().next_multiple_of(GROUP), None);
                 views.push(view);
             }

@@ -138,7 +138,7 @@ impl PathSetting {
             );
             return fail(format!("{place}.frames"), reason);
         }
-        if !(self.degrees.abs() <= 180.0) {
+        if self.degrees.is_nan() || self.degrees.abs() > 180.0 {
             let reason = format!("path `{name}`: degrees = {} is not between -180 and 180", self.degrees);
             return fail(format!("{place}.degrees"), reason);
         }

@@ -235,7 +235,7 @@ impl<'a> Elements<'a> {
     }
 
     /// Integers count as normalised whatever the accessor says.
-    pub(super) fn as_normalized(self) -> Self {
+    pub(super) fn into_normalized(self) -> Self {
         Self { normalized: true, ..self }
     }
 

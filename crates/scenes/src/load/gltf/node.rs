@@ -155,7 +155,7 @@ impl<'a> Hierarchy<'a> {
         };
         let translations = open("TRANSLATION", "VEC3")?;
         // Integers are normalised here, and some files forget to say so.
-        let rotations = open("ROTATION", "VEC4")?.map(Elements::as_normalized);
+        let rotations = open("ROTATION", "VEC4")?.map(Elements::into_normalized);
         let scales = open("SCALE", "VEC3")?;
         let all = [&translations, &rotations, &scales];
         let Some(count) = all.iter().copied().flatten().map(Elements::len).next() else {

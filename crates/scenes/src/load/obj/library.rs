@@ -225,7 +225,7 @@ impl Draft {
             mask: mask.map(Arc::new),
             factor,
             texture: reduced.map(|reduced| reduced.wrapped(wrap)),
-            opacity: blends.then(|| Opacity { factor: opacity as f32, texture: alpha }),
+            opacity: blends.then_some(Opacity { factor: opacity as f32, texture: alpha }),
             one_sided: false,
         };
         Ok(Defined { material, uv })
@@ -309,7 +309,7 @@ mod tests {
         assert_eq!(map("-s 2 3 1 leaf.png").unwrap().1.scale, [2.0, 3.0]);
         assert_eq!(map("-o 0.5 -clamp on 2 leaves.png").unwrap().0, "2 leaves.png");
         assert_eq!(map("-bm 0.2 -mm 0 1 -imfchan m leaf.png").unwrap().0, "leaf.png");
-        assert_eq!(map("-clamp on x.png").unwrap().1.clamp, true);
+        assert!(map("-clamp on x.png").unwrap().1.clamp);
         assert_eq!([map(""), map("-s"), map("-clamp on")], [None, None, None]);
         let uv = map("-s 2 2 -o 0.25 0.5 x.png").unwrap().1;
         assert_eq!(uv.apply([0.5, 0.25]), [1.25, 0.0]);

@@ -72,12 +72,12 @@ impl Triangulation {
     fn flatten(&mut self, corners: &[[f64; 3]]) -> Option<()> {
         let origin = corners[0];
         let relative = |i: usize| [0, 1, 2].map(|k| corners[i % corners.len()][k] - origin[k]);
-        let mut normal = [0.0; 3];
+        let mut normal = [0.0f64; 3];
         for i in 0..corners.len() {
             let (p, q) = (relative(i), relative(i + 1));
-            for k in 0..3 {
+            for (k, along) in normal.iter_mut().enumerate() {
                 let (a, b) = ((k + 1) % 3, (k + 2) % 3);
-                normal[k] += (p[a] - q[a]) * (p[b] + q[b]);
+                *along += (p[a] - q[a]) * (p[b] + q[b]);
             }
         }
         let largest = (0..3).max_by(|&a, &b| f64::total_cmp(&normal[a].abs(), &normal[b].abs()))?;
