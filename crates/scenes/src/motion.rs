@@ -255,8 +255,10 @@ mod tests {
     use crate::vector::norm;
 
     #[test]
-    fn every_procedural_scene_has_a_part_that_moves_and_loses_nothing() {
-        for name in procedural::NAMES.into_iter().chain(["grids"]) {
+    fn scenes_with_a_part_that_moves_lose_nothing() {
+        // Nothing moves in the hall.
+        assert!(!MovingScene::load("hall").unwrap().has_motion());
+        for name in procedural::NAMES.into_iter().filter(|&name| name != "hall").chain(["grids"]) {
             let whole = load_scene(name).unwrap();
             let moving = MovingScene::load(name).unwrap();
             assert!(moving.has_motion(), "{name}");
