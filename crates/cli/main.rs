@@ -1,6 +1,7 @@
 //! `msm`: arguments, progress and exit codes. The only code that knows every crate.
 
 mod advise;
+mod backend;
 mod bound;
 mod outcome;
 mod progress;

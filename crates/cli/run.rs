@@ -1,5 +1,6 @@
 //! `msm run`: an experiment becomes a run directory with records, figures and a page.
 
+use crate::backend::BackendName;
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
 use clap::ValueEnum;
@@ -48,27 +49,6 @@ pub(crate) struct Arguments {
     dry_run: bool,
     #[command(flatten)]
     output: Output,
-}
-
-/// What solves linear programs.
-#[derive(Clone, Copy, ValueEnum)]
-enum BackendName {
-    /// The CPU.
-    Cpu,
-    /// A graphics processor with double precision.
-    Gpu,
-    /// A graphics processor if there is a fast one, else the CPU.
-    Auto,
-}
-
-impl From<BackendName> for Backend {
-    fn from(name: BackendName) -> Self {
-        match name {
-            BackendName::Cpu => Self::Cpu,
-            BackendName::Gpu => Self::Gpu,
-            BackendName::Auto => Self::Auto,
-        }
-    }
 }
 
 /// How much of an experiment.

@@ -2,6 +2,7 @@
 // Clippy's exemption for tests does not reach the functions that they share.
 #![allow(clippy::unwrap_used)]
 
+mod application_mistakes;
 mod mistakes;
 
 use std::collections::BTreeMap;

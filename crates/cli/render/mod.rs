@@ -2,6 +2,7 @@
 
 mod answer;
 
+use crate::backend::BackendName;
 use crate::outcome::{Failure, Output};
 use crate::progress::Spinner;
 use crate::staging::Staging;
@@ -12,8 +13,8 @@ use scenes::{
     AreaLight, LightView, LoadOptions, PoseChoice, Scene, SceneError, load_with_files, procedural, read_views,
 };
 use shadow_renderer::{
-    Backend, Frame, LightFrame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures,
-    render_in_frame, render_view,
+    Frame, LightFrame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_in_frame,
+    render_view,
 };
 use std::path::PathBuf;
 use std::time::Instant;
@@ -101,23 +102,6 @@ impl FileArguments {
         }
         let pose = PoseChoice { animation: self.animation.clone(), time: self.time };
         Ok(LoadOptions { pose, strict: self.strict })
-    }
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum BackendName {
-    Cpu,
-    Gpu,
-    Auto,
-}
-
-impl From<BackendName> for Backend {
-    fn from(name: BackendName) -> Self {
-        match name {
-            BackendName::Cpu => Self::Cpu,
-            BackendName::Gpu => Self::Gpu,
-            BackendName::Auto => Self::Auto,
-        }
     }
 }
 

@@ -21,7 +21,7 @@ mod timing;
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
 pub use experiment::{Alphas, CardPrediction, Experiment, Prediction, Scale};
-pub use fragments::{ReferenceRecord, SceneSettings, ViewRecord};
+pub use fragments::{ReferenceRecord, SceneSettings, TruthSetting, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
@@ -47,7 +47,7 @@ pub use kinds::single_scattering::{
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,
     ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment,
-    SoftTechnique, SoftTiming, SoftViewRecord, Sweep, SweepRecord, SweepValues, TruthSetting,
+    SoftTechnique, SoftViewRecord, Sweep, SweepRecord, SweepValues,
 };
 pub use kinds::speed_accuracy::{
     Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
@@ -78,7 +78,7 @@ pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use shards::Shard;
 pub use statistics::NOTHING;
-pub use timing::{GpuRecord, TimedSample};
+pub use timing::{GpuRecord, TimedSample, TimingSetting};
 
 /// The example of the README, compiled and run.
 #[cfg(doctest)]

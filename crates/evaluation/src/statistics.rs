@@ -68,6 +68,36 @@ pub(crate) fn joined(parts: impl Iterator<Item = (Mean, usize)> + Clone) -> Mean
 /// Name of doing nothing, G = 0, in all tables: what errs about as much should not be used.
 pub const NOTHING: &str = "always lit";
 
+/// What rows say of the errors of their members. The order of the errors is fixed, and so is the rounding of the sums.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct ErrorSummary {
+    /// Of |error|; 0 without members, whose count says so.
+    pub(crate) mean: f64,
+    /// Of that mean.
+    pub(crate) standard_error: f64,
+    pub(crate) signed_mean: f64,
+    /// Of |error|.
+    pub(crate) p95: f64,
+    pub(crate) maximum: f64,
+}
+
+impl ErrorSummary {
+    pub(crate) fn of(errors: &[f64]) -> Self {
+        let mut magnitudes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
+        let count = errors.len().max(1) as f64;
+        let mean = magnitudes.iter().sum::<f64>() / count;
+        let square = magnitudes.iter().map(|error| error * error).sum::<f64>() / count;
+        magnitudes.sort_by(f64::total_cmp);
+        Self {
+            mean: rounded(mean),
+            standard_error: rounded(((square - mean * mean).max(0.0) / count).sqrt()),
+            signed_mean: rounded(errors.iter().sum::<f64>() / count),
+            p95: rounded(percentile(&magnitudes, 0.95)),
+            maximum: rounded(magnitudes.last().copied().unwrap_or_default()),
+        }
+    }
+}
+
 /// Sums of the errors of fragments, beside those of doing nothing.
 ///
 /// Doing nothing is to call every fragment lit, G = 0; it errs by F. The relative error is the sum of |G - F| over that of F.

@@ -6,6 +6,14 @@ use serde::{Deserialize, Serialize};
 use shadow_renderer::DeviceLimits;
 use std::time::Instant;
 
+/// Timings on one thread.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TimingSetting {
+    /// How often everything is timed.
+    pub repetitions: usize,
+}
+
 /// One row of samples.csv: a timing on one thread.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct TimedSample {

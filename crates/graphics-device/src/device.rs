@@ -44,18 +44,7 @@ impl GraphicsDevice {
         Self::with_limits(wanted, |_| wgpu::Limits::default())
     }
 
-    /// The same with buffers and storage bindings as large as the adapter allows.
-    ///
-    /// # Errors
-    /// As [`GraphicsDevice::open`].
-    pub fn open_large(wanted: wgpu::Features) -> Result<Self, DeviceError> {
-        Self::with_limits(wanted, |adapter| {
-            let wgpu::Limits { max_buffer_size, max_storage_buffer_binding_size, .. } = adapter.limits();
-            wgpu::Limits { max_buffer_size, max_storage_buffer_binding_size, ..Default::default() }
-        })
-    }
-
-    /// The same with all limits of the adapter, the number of storage bindings of a stage among them.
+    /// The same with all limits of the adapter: the sizes of buffers, the number of storage bindings of a stage and so on.
     ///
     /// # Errors
     /// As [`GraphicsDevice::open`].

@@ -82,11 +82,21 @@ impl PassTimer {
     /// [`DeviceError::Failed`] where reading back fails.
     pub fn read(&self, gpu: &GraphicsDevice, passes: usize) -> Result<Vec<Duration>, DeviceError> {
         let stamps: Vec<u64> = gpu.read(&self.resolved, 0, 2 * passes as u64 * 8)?;
-        let time = |from: usize, to: usize| {
-            let ticks = stamps[to].saturating_sub(stamps[from]);
-            Duration::from_nanos((ticks as f64 * self.nanoseconds) as u64)
-        };
-        let whole = time(0, 2 * passes - 1);
-        Ok((0..passes).map(|pass| time(2 * pass, 2 * pass + 1)).chain([whole]).collect())
+        let whole = stamps.first().zip(stamps.last()).map(|(&first, &last)| self.between(first, last));
+        Ok(self.times(&stamps).into_iter().chain(whole).collect())
+    }
+
+    /// Where [`PassTimer::resolve`] puts a beginning and an end for each pass: for whoever copies them instead of waiting.
+    pub fn stamps(&self) -> &wgpu::Buffer {
+        &self.resolved
+    }
+
+    /// Time of each pass from the stamps.
+    pub fn times(&self, stamps: &[u64]) -> Vec<Duration> {
+        stamps.chunks_exact(2).map(|pass| self.between(pass[0], pass[1])).collect()
+    }
+
+    fn between(&self, from: u64, to: u64) -> Duration {
+        Duration::from_nanos((to.saturating_sub(from) as f64 * self.nanoseconds) as u64)
     }
 }

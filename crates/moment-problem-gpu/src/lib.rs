@@ -6,11 +6,15 @@
 //! certify, which [`ExactSimplex`](moment_problem::lane_simplex::ExactSimplex) decides.
 
 mod card;
+mod programs;
+mod resident;
 mod shader;
+mod submission;
 
-pub use card::{
-    Answer, Card, CardError, GroupSums, Left, Pass, Programs, ResidentPrograms, Submitted, Weighting,
-};
+pub use card::{Card, CardError};
+pub use programs::{Answer, GroupSums, Left, Pass, Programs, Weighting};
+pub use resident::ResidentPrograms;
+pub use submission::Submitted;
 
 /// Programs whose errors are summed together.
 pub const GROUP: usize = shader::GROUP as usize;

@@ -25,6 +25,29 @@ pub(crate) fn unique<'a>(
     Ok(())
 }
 
+/// Where the item of a name stands among those `known`; `key` is where it was named.
+pub(crate) fn place_of<'a>(
+    mut known: impl Iterator<Item = &'a str>,
+    (what, name): (&str, &str),
+    key: &str,
+) -> Result<usize, EvaluationError> {
+    known
+        .position(|known| known == name)
+        .ok_or_else(|| EvaluationError::key(key, format!("{key}: {what} `{name}` is not defined")))
+}
+
+/// Where several items stand, at least one.
+pub(crate) fn places_of<'a>(
+    known: impl Iterator<Item = &'a str> + Clone,
+    (what, names): (&str, &[String]),
+    key: &str,
+) -> Result<Vec<usize>, EvaluationError> {
+    if names.is_empty() {
+        return Err(EvaluationError::key(key, format!("{key} is empty")));
+    }
+    names.iter().map(|name| place_of(known.clone(), (what, name), key)).collect()
+}
+
 /// Rejects counts that are too small; each with its key and the least that makes sense.
 pub(crate) fn at_least<const N: usize>(counts: [(&str, usize, usize); N]) -> Result<(), EvaluationError> {
     match counts.into_iter().find(|(_, value, least)| value < least) {

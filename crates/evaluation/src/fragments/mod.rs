@@ -4,6 +4,7 @@ mod camera;
 pub(crate) mod light;
 mod reference;
 mod settings;
+mod truth;
 mod view_record;
 
 pub(crate) use camera::Seen;
@@ -11,6 +12,7 @@ pub use reference::ReferenceRecord;
 pub(crate) use reference::reference_records;
 pub use settings::SceneSettings;
 pub(crate) use settings::{MAX_SIZE, check_bias};
+pub use truth::TruthSetting;
 pub use view_record::ViewRecord;
 
 use crate::error::EvaluationError;

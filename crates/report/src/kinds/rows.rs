@@ -2,7 +2,7 @@
 
 use crate::error::ReportError;
 use crate::page::{Block, Table, in_percent};
-use evaluation::{RunDirectory, ViewRecord};
+use evaluation::{RunDirectory, TimedSample, ViewRecord};
 use serde::de::DeserializeOwned;
 
 /// Each value once, in the order of their first appearance.
@@ -14,6 +14,12 @@ pub(crate) fn distinct<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec
         }
     }
     distinct
+}
+
+/// Least time of a technique's stage in nanoseconds an item: the repetition that was disturbed least.
+pub(crate) fn least_time(samples: &[TimedSample], technique: &str, stage: &str) -> Option<f64> {
+    let of_stage = samples.iter().filter(|s| s.technique == technique && s.stage == stage);
+    of_stage.map(|s| s.time_ns as f64 / s.items.max(1) as f64).min_by(f64::total_cmp)
 }
 
 /// The tables of a run, each a file of the field's name, beside the experiment where rows are read with it; `some_runs` names

@@ -64,7 +64,7 @@ impl ComputeChain {
     /// # Errors
     /// [`DeviceError::NoAdapter`].
     pub fn open() -> Result<Self, DeviceError> {
-        let gpu = GraphicsDevice::open_large(wgpu::Features::TIMESTAMP_QUERY)?;
+        let gpu = GraphicsDevice::open_whole(wgpu::Features::TIMESTAMP_QUERY)?;
         Ok(Self { gpu, held: Vec::new() })
     }
 

@@ -56,7 +56,7 @@ impl SingleScatteringExperiment {
             source: self.source.build().map_err(|error| value(format!("source: {error}")))?,
             kernel: self.scenery.filter()?,
             noise: BlueNoise::new(self.scenery.seed),
-            nets: self.nets().map_err(|error| value(format!("truth: {error}")))?,
+            nets: self.truth.nets(self.scenery.seed)?,
         };
         picture::check(&plan, &scenes)?;
         let total: usize = scenes.iter().map(|scene| scene.lights.len()).sum();

@@ -4,15 +4,13 @@ use super::method::ScatteringMethod;
 use super::standpoint::StandpointSetting;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
-use crate::experiment::keys::{at_least, file_name, in_key, not_empty, unique};
+use crate::experiment::keys::{at_least, file_name, in_key, not_empty, place_of, places_of, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::{MAX_SIZE, SceneSettings};
-use crate::kinds::soft_shadows::TruthSetting;
+use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
 use crate::pictures::check_output;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use applications::scattering::{Medium, MediumError};
-use applications::soft_shadow::{AreaTruth, TruthError, TruthSettings};
 use moment_problem::MomentBound;
 use quantization::NumberFormat;
 use serde::{Deserialize, Serialize};
@@ -214,7 +212,7 @@ impl Settings for SingleScatteringExperiment {
         self.medium.of_radius(1.0).map_err(|error| {
             EvaluationError::key(format!("medium.{}", error.key), format!("medium: {error}"))
         })?;
-        self.nets().map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))?;
+        self.truth.nets(self.scenery.seed)?;
         self.source.draft().map_err(in_key("source"))?;
         for (i, tolerance) in self.tolerances.iter().enumerate() {
             if !(*tolerance > 0.0 && *tolerance < 1.0) {
@@ -348,30 +346,14 @@ impl SingleScatteringExperiment {
         Ok(())
     }
 
-    /// The nets of all shadow rays.
-    pub(super) fn nets(&self) -> Result<AreaTruth, TruthError> {
-        let TruthSetting { standard_error, most_rays } = self.truth;
-        AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed })
-    }
-
-    /// Where techniques of these names stand; none without names.
+    /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
-        if names.is_empty() {
-            return fail(key, format!("{key} is empty"));
-        }
-        let place = |name: &String| match self.technique.iter().position(|t| t.name == *name) {
-            Some(index) => Ok(index),
-            None => fail(key, format!("{key}: technique `{name}` is not defined")),
-        };
-        names.iter().map(place).collect()
+        places_of(self.technique.iter().map(|t| t.name.as_str()), ("technique", names), key)
     }
 
     /// Where the standpoint of a name stands.
     pub(super) fn stands(&self, name: &str, key: &str) -> Result<usize, EvaluationError> {
-        match self.standpoint.iter().position(|standpoint| standpoint.name == name) {
-            Some(index) => Ok(index),
-            None => fail(key, format!("{key}: standpoint `{name}` is not defined")),
-        }
+        place_of(self.standpoint.iter().map(|point| point.name.as_str()), ("standpoint", name), key)
     }
 
     /// What methods look moments up with; `None` for those that do not.

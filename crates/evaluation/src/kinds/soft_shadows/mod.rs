@@ -22,8 +22,6 @@ pub use records::{
     PassSample, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord,
     SoftViewRecord, SweepRecord,
 };
-pub use settings::{
-    LightSetting, PassTiming, SoftPicture, SoftShadowsExperiment, SoftTechnique, SoftTiming, TruthSetting,
-};
+pub use settings::{LightSetting, PassTiming, SoftPicture, SoftShadowsExperiment, SoftTechnique};
 pub use sweep::{Sweep, SweepValues};
 pub use view::Population;

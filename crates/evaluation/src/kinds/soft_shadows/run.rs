@@ -49,7 +49,6 @@ pub(super) struct SoftPlan<'a> {
 impl SoftShadowsExperiment {
     /// Evaluates view by view, light by light; then draws, and times alone.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        let value = |error: String| EvaluationError::Value(error);
         let loaded = LoadedScene::load_all(&self.scenery.scenes, &self.scenery.views)?;
         let kernel = self.scenery.filter()?;
         let noise = BlueNoise::new(self.scenery.seed);
@@ -61,7 +60,7 @@ impl SoftShadowsExperiment {
                 views.push(SoftView::new(self, (&kernel, &noise), scene, light, views.len())?);
             }
         }
-        let truth = self.nets().map_err(|error| value(format!("truth: {error}")))?;
+        let truth = self.truth.nets(self.scenery.seed)?;
         let plan = SoftPlan { experiment: self, views: &views, truth, noise };
         picture::check(&plan)?;
         let pairs = plan.pairs()?;

@@ -3,13 +3,13 @@
 use super::method::MethodSetting;
 use super::sweep::Sweep;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, not_empty, unique};
+use crate::experiment::keys::{file_name, in_key, not_empty, place_of, places_of, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::{MAX_SIZE, SceneSettings};
+use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
 use crate::pictures::check_output;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
-use applications::soft_shadow::{AreaTruth, TruthSettings};
+use crate::timing::TimingSetting;
 use scenes::{AreaLight, LightView};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
@@ -33,7 +33,7 @@ pub struct SoftShadowsExperiment {
     /// The lights, each for the views that it is meant for.
     pub light: Vec<LightSetting>,
     /// What is timed.
-    pub timing: SoftTiming,
+    pub timing: TimingSetting,
     /// Passes on a graphics processor; none without.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub passes: Option<PassTiming>,
@@ -53,16 +53,6 @@ pub struct SoftShadowsExperiment {
     pub receiver: Vec<SoftPicture>,
 }
 
-/// When shadow rays stop.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct TruthSetting {
-    /// Standard error of each receiver's truth, a fraction of the light.
-    pub standard_error: f64,
-    /// Most rays a receiver.
-    pub most_rays: usize,
-}
-
 /// A light.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 #[serde(deny_unknown_fields)]
@@ -73,14 +63,6 @@ pub struct LightSetting {
     /// views have themselves, such as lamps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
-}
-
-/// Timings on one thread.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct SoftTiming {
-    /// How often every method shades the first view's receivers under its last light.
-    pub repetitions: usize,
 }
 
 /// Compute passes on a graphics processor, of the first scene under its first light at infinity: one setting for all, and
@@ -185,7 +167,7 @@ impl Settings for SoftShadowsExperiment {
         check_output(self.camera, &[]).or_else(|_| {
             fail("camera", format!("camera = {width}x{height} is not between 1 and {MAX_SIZE}"))
         })?;
-        self.nets().map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))?;
+        self.truth.nets(self.scenery.seed)?;
         for (i, bias) in self.bias.iter().enumerate() {
             bias.check().map_err(in_key(&format!("bias[{i}]")))?;
         }
@@ -266,12 +248,6 @@ impl Settings for SoftShadowsExperiment {
 }
 
 impl SoftShadowsExperiment {
-    /// The nets of all shadow rays.
-    pub(super) fn nets(&self) -> Result<AreaTruth, applications::soft_shadow::TruthError> {
-        let TruthSetting { standard_error, most_rays } = self.truth;
-        AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed })
-    }
-
     /// Whether a picture's file, techniques and light exist.
     fn check_place(&self, picture: &SoftPicture, place: &str) -> Result<(), EvaluationError> {
         file_name(&format!("{place}.id"), "picture", &picture.id)?;
@@ -280,24 +256,14 @@ impl SoftShadowsExperiment {
         Ok(())
     }
 
-    /// Where techniques of these names stand; all of them without names.
+    /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
-        if names.is_empty() {
-            return fail(key, format!("{key} is empty"));
-        }
-        let place = |name: &String| match self.technique.iter().position(|t| t.name == *name) {
-            Some(index) => Ok(index),
-            None => fail(key, format!("{key}: technique `{name}` is not defined")),
-        };
-        names.iter().map(place).collect()
+        places_of(self.technique.iter().map(|t| t.name.as_str()), ("technique", names), key)
     }
 
     /// Where the light of a name stands.
     pub(super) fn lit_by(&self, name: &str, key: &str) -> Result<usize, EvaluationError> {
-        match self.light.iter().position(|light| light.name == name) {
-            Some(index) => Ok(index),
-            None => fail(key, format!("{key}: light `{name}` is not defined")),
-        }
+        place_of(self.light.iter().map(|light| light.name.as_str()), ("light", name), key)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::records::SoftRecord;
 use super::view::Population;
-use crate::statistics::{percentile, rounded};
+use crate::statistics::{ErrorSummary, rounded};
 
 /// Widths of the filter of percentage-closer soft shadows in texels.
 pub(super) const WIDTHS: [&str; 5] = ["lit", "0-1", "1-4", "4-16", "16+"];
@@ -79,12 +79,7 @@ pub(super) fn record(group: &Group<'_>, outcomes: &[Outcome], error: &str) -> So
     let members: Vec<&Outcome> = outcomes.iter().filter(|outcome| group.class.holds(outcome)).collect();
     let answered: Vec<&Outcome> = members.iter().filter(|o| o.intensity.is_finite()).copied().collect();
     let errors: Vec<f64> = answered.iter().map(|o| f64::from(o.intensity) - f64::from(o.truth)).collect();
-    let mut magnitudes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
-    // An empty group has no errors; its count says so.
-    let count = answered.len().max(1) as f64;
-    let mean = magnitudes.iter().sum::<f64>() / count;
-    let square = magnitudes.iter().map(|error| error * error).sum::<f64>() / count;
-    magnitudes.sort_by(f64::total_cmp);
+    let summary = ErrorSummary::of(&errors);
     let to_first = |o: &&Outcome| f64::from((o.intensity - o.first).abs());
     let [name, class] = group.class.names();
     SoftRecord {
@@ -98,12 +93,12 @@ pub(super) fn record(group: &Group<'_>, outcomes: &[Outcome], error: &str) -> So
         group: name.to_owned(),
         class: class.to_owned(),
         receivers: members.len(),
-        mean_error: rounded(mean),
-        standard_error: group.sampled.then(|| rounded(((square - mean * mean).max(0.0) / count).sqrt())),
-        signed_mean: rounded(errors.iter().sum::<f64>() / count),
-        p95: rounded(percentile(&magnitudes, 0.95)),
-        maximum: rounded(magnitudes.last().copied().unwrap_or_default()),
-        mean_to_first: rounded(answered.iter().map(to_first).sum::<f64>() / count),
+        mean_error: summary.mean,
+        standard_error: group.sampled.then_some(summary.standard_error),
+        signed_mean: summary.signed_mean,
+        p95: summary.p95,
+        maximum: summary.maximum,
+        mean_to_first: rounded(answered.iter().map(to_first).sum::<f64>() / answered.len().max(1) as f64),
         bits_per_texel: group.bits_per_texel,
         failed: members.len() - answered.len(),
         error: error.to_owned(),

@@ -14,7 +14,7 @@ use crate::lit_frames::{
 };
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
-use crate::statistics::{percentile, rounded};
+use crate::statistics::{ErrorSummary, rounded};
 use applications::rays::{Segment, Triangles};
 use applications::soft_shadow::{AreaTruth, OccludedFraction};
 use rayon::prelude::*;
@@ -77,7 +77,7 @@ struct Ledger {
 impl StochasticShadowsExperiment {
     /// Judges scene by scene and light by light, then draws, and times alone.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        let truth = self.nets()?;
+        let truth = self.truth.nets(self.scenery.seed)?;
         let stages = self.scenery.scenes.iter().enumerate();
         let stages: Vec<Stage> = stages.map(|(i, label)| Stage::load(label, i)).collect::<Result<_, _>>()?;
         for stage in &stages {
@@ -319,7 +319,7 @@ fn of_answers(
     Judged { outcomes: answers.into_iter().zip(samples).enumerate().map(outcome).collect(), cost, error }
 }
 
-/// The row of a class. The order of the outcomes is fixed, and so are the rounding errors of the sums.
+/// The row of a class.
 fn record([scene, view, light, technique]: [&str; 4], class: &str, judged: &Judged) -> StochasticRecord {
     let holds = |outcome: &&Outcome| match class {
         "penumbra" => is_penumbra(f64::from(outcome.truth)),
@@ -331,10 +331,7 @@ fn record([scene, view, light, technique]: [&str; 4], class: &str, judged: &Judg
     // An empty group has no errors; its count says so.
     let count = answered.len().max(1) as f64;
     let errors: Vec<f64> = answered.iter().map(|o| f64::from(o.shadow) - f64::from(o.truth)).collect();
-    let mut magnitudes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
-    let mean = magnitudes.iter().sum::<f64>() / count;
-    let square = magnitudes.iter().map(|error| error * error).sum::<f64>() / count;
-    magnitudes.sort_by(f64::total_cmp);
+    let summary = ErrorSummary::of(&errors);
     let noises: Vec<f64> =
         answered.iter().filter_map(|o| o.noise).filter(|noise| noise.is_finite()).map(f64::from).collect();
     let Cost { planes, size, bits_per_texel, mebibytes, lookups } = judged.cost;
@@ -346,10 +343,10 @@ fn record([scene, view, light, technique]: [&str; 4], class: &str, judged: &Judg
         technique: technique.to_owned(),
         class: class.to_owned(),
         receivers: members.len(),
-        l1_error: rounded(mean),
-        standard_error: rounded(((square - mean * mean).max(0.0) / count).sqrt()),
-        signed_mean: rounded(errors.iter().sum::<f64>() / count),
-        p95: rounded(percentile(&magnitudes, 0.95)),
+        l1_error: summary.mean,
+        standard_error: summary.standard_error,
+        signed_mean: summary.signed_mean,
+        p95: summary.p95,
         noise: (!noises.is_empty()).then(|| rounded(noises.iter().sum::<f64>() / noises.len() as f64)),
         unreached: rounded(answered.iter().filter(|o| o.unreached).count() as f64 / count),
         planes,

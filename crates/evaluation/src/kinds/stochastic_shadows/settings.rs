@@ -2,15 +2,14 @@
 
 use super::method::StochasticTechnique;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, not_empty, unique};
+use crate::experiment::keys::{file_name, in_key, not_empty, place_of, places_of, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::SceneSettings;
-use crate::kinds::soft_shadows::{SoftTiming, TruthSetting};
+use crate::fragments::{SceneSettings, TruthSetting};
 use crate::lit_frames::{ScaledLight, check_camera, check_zoom};
 use crate::pictures::check_output;
 use crate::role::check_roles;
 use crate::run::Recorded;
-use applications::soft_shadow::{AreaTruth, TruthSettings};
+use crate::timing::TimingSetting;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
 
@@ -37,7 +36,7 @@ pub struct StochasticShadowsExperiment {
     /// The methods.
     pub technique: Vec<StochasticTechnique>,
     /// What is timed: how often.
-    pub timing: SoftTiming,
+    pub timing: TimingSetting,
     /// A scene whose part turns (SSSM15 Figure 14).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modulation: Option<ModulationSetting>,
@@ -100,7 +99,7 @@ impl Settings for StochasticShadowsExperiment {
         if !(self.contact > 0.0 && self.contact <= 1e6) {
             return fail("contact", format!("contact = {} does not lie in (0, 1e6]", self.contact));
         }
-        self.nets()?;
+        self.truth.nets(self.scenery.seed)?;
         self.bias.check().map_err(in_key("bias"))?;
         ScaledLight::check_all(&self.light)?;
         check_roles(&self.technique, "technique")?;
@@ -117,10 +116,8 @@ impl Settings for StochasticShadowsExperiment {
             file_name(&format!("{place}.id"), "picture", &picture.id)?;
             self.named(&picture.techniques, &format!("{place}.techniques"))?;
             check_zoom(picture.zoom)?;
-            if !self.light.iter().any(|light| light.name == picture.light) {
-                let reason = format!("{place}.light: light `{}` is not defined", picture.light);
-                return fail(format!("{place}.light"), reason);
-            }
+            let lights = self.light.iter().map(|light| light.name.as_str());
+            place_of(lights, ("light", &picture.light), &format!("{place}.light"))?;
             check_output(picture.output, &picture.insets)
                 .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
         }
@@ -148,23 +145,9 @@ impl Settings for StochasticShadowsExperiment {
 }
 
 impl StochasticShadowsExperiment {
-    /// The nets of all shadow rays.
-    pub(super) fn nets(&self) -> Result<AreaTruth, EvaluationError> {
-        let TruthSetting { standard_error, most_rays } = self.truth;
-        let truth = AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed });
-        truth.map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))
-    }
-
     /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
-        if names.is_empty() {
-            return fail(key, format!("{key} is empty"));
-        }
-        let place = |name: &String| match self.technique.iter().position(|t| t.name == *name) {
-            Some(index) => Ok(index),
-            None => fail(key, format!("{key}: technique `{name}` is not defined")),
-        };
-        names.iter().map(place).collect()
+        places_of(self.technique.iter().map(|t| t.name.as_str()), ("technique", names), key)
     }
 
     /// Depth bias of a technique, with the limit of slopes.

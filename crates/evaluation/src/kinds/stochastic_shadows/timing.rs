@@ -20,7 +20,7 @@ pub(super) fn time(
     let light = &experiment.light[(experiment.light.len() - 1) / 2];
     let lit = LitFrame::new(experiment, &scenery, 0, (light.of(view)?, &sight))?;
     let map = middle_map(&scenery, &lit.light, 0)?;
-    let (truth, whole) = (experiment.nets()?, scenery.whole(0)?);
+    let (truth, whole) = (experiment.truth.nets(experiment.scenery.seed)?, scenery.whole(0)?);
     let lit_by = Lit { map: &map, light: &lit.light, truth: &truth, triangles: whole.triangles() };
     let pixels: Vec<&Seen> = lit.seen.iter().flatten().collect();
     alone(|| {

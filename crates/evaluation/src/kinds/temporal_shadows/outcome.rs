@@ -1,7 +1,7 @@
 //! Classes of pixels, and the rows of groups of them.
 
 use super::records::TemporalRecord;
-use crate::statistics::{percentile, rounded};
+use crate::statistics::{ErrorSummary, rounded};
 
 /// One technique on one judged pixel.
 #[derive(Clone, Copy, Debug, Default)]
@@ -67,17 +67,14 @@ pub(super) struct Group<'a> {
 /// From which error on a pixel that believes in none is wrong about itself.
 const WRONG: f64 = 0.02;
 
-/// The row of a class. The order of the outcomes is fixed, and so are the rounding errors of the sums.
+/// The row of a class.
 pub(super) fn record(group: &Group<'_>, class: &str, outcomes: &[Outcome]) -> TemporalRecord {
     let members: Vec<&Outcome> = outcomes.iter().filter(|outcome| outcome.classes.holds(class)).collect();
     let answered: Vec<&Outcome> = members.iter().filter(|o| o.shadow.is_finite()).copied().collect();
     // An empty group has no errors; its count says so.
     let count = answered.len().max(1) as f64;
     let errors: Vec<f64> = answered.iter().map(|o| f64::from(o.shadow) - f64::from(o.truth)).collect();
-    let mut magnitudes: Vec<f64> = errors.iter().map(|error| error.abs()).collect();
-    let mean = magnitudes.iter().sum::<f64>() / count;
-    let square = magnitudes.iter().map(|error| error * error).sum::<f64>() / count;
-    magnitudes.sort_by(f64::total_cmp);
+    let summary = ErrorSummary::of(&errors);
     let flickers: Vec<f64> = answered.iter().filter_map(|o| o.flicker.map(f64::from)).collect();
     let gathered: Vec<(&Gathered, f64)> = answered
         .iter()
@@ -99,10 +96,10 @@ pub(super) fn record(group: &Group<'_>, class: &str, outcomes: &[Outcome]) -> Te
         technique: group.technique.to_owned(),
         class: class.to_owned(),
         receivers: members.len(),
-        l1_error: rounded(mean),
-        standard_error: rounded(((square - mean * mean).max(0.0) / count).sqrt()),
-        signed_mean: rounded(errors.iter().sum::<f64>() / count),
-        p95: rounded(percentile(&magnitudes, 0.95)),
+        l1_error: summary.mean,
+        standard_error: summary.standard_error,
+        signed_mean: summary.signed_mean,
+        p95: summary.p95,
         flicker: (!flickers.is_empty())
             .then(|| rounded(flickers.iter().sum::<f64>() / flickers.len() as f64)),
         estimate_error: of_gathered(&|_, error| error.abs()).map(rounded),

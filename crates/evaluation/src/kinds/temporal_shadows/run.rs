@@ -99,7 +99,7 @@ impl TemporalShadowsExperiment {
         let seed = self.scenery.seed;
         let plan = Plan {
             experiment: self,
-            truth: self.nets()?,
+            truth: self.truth.nets(self.scenery.seed)?,
             start_taps: PoissonTaps::new(TapShape::Square, TAPS, seed, TAP_STREAM),
             filter_taps: PoissonTaps::new(TapShape::Disc, TAPS, seed, TAP_STREAM + 1),
         };

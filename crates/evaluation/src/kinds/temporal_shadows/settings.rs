@@ -4,13 +4,12 @@ use super::method::{MethodChoice, TemporalTechnique};
 use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::SceneSettings;
-use crate::kinds::soft_shadows::{SoftTiming, TruthSetting};
+use crate::fragments::{SceneSettings, TruthSetting};
 use crate::lit_frames::{ScaledLight, Window, check_camera, check_zoom};
 use crate::pictures::check_output;
 use crate::role::check_roles;
 use crate::run::Recorded;
-use applications::soft_shadow::{AreaTruth, TruthSettings};
+use crate::timing::TimingSetting;
 use scenes::{CameraPath, Movement};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
@@ -42,7 +41,7 @@ pub struct TemporalShadowsExperiment {
     /// How long the formats of the buffer count.
     pub counting: CountingSetting,
     /// What is timed: how often each method makes a frame.
-    pub timing: SoftTiming,
+    pub timing: TimingSetting,
     /// Pictures.
     #[serde(default)]
     pub picture: Vec<TemporalPicture>,
@@ -175,7 +174,7 @@ impl Settings for TemporalShadowsExperiment {
             return fail("overscan", format!("overscan = {} does not lie in [0, 1]", self.overscan));
         }
         check_zoom(self.zoom)?;
-        self.nets()?;
+        self.truth.nets(self.scenery.seed)?;
         self.bias.check().map_err(in_key("bias"))?;
         ScaledLight::check_all(&self.light)?;
         unique(("path", "name", "path"), self.path.iter().map(|path| path.name.as_str()))?;
@@ -223,13 +222,6 @@ impl Settings for TemporalShadowsExperiment {
 }
 
 impl TemporalShadowsExperiment {
-    /// The nets of all shadow rays.
-    pub(super) fn nets(&self) -> Result<AreaTruth, EvaluationError> {
-        let TruthSetting { standard_error, most_rays } = self.truth;
-        let truth = AreaTruth::new(TruthSettings { standard_error, most_rays, seed: self.scenery.seed });
-        truth.map_err(|error| EvaluationError::key("truth", format!("truth: {error}")))
-    }
-
     /// The pixels of a frame.
     pub(super) fn window(&self) -> Window {
         Window { camera: self.camera, overscan: self.overscan }

@@ -120,13 +120,6 @@ impl<'a> FilterableTables<'a> {
         all
     }
 
-    /// Least time of a stage, in nanoseconds an item: the repetition that was disturbed least.
-    pub(crate) fn least_time(&self, technique: &str, stage: &str) -> Option<f64> {
-        let of_stage = self.samples.iter().filter(|s| s.technique == technique && s.stage == stage);
-        let times = of_stage.map(|s| s.time_ns as f64 / s.items.max(1) as f64);
-        times.min_by(f64::total_cmp)
-    }
-
     /// The answer to the experiment's question.
     pub(crate) fn answer(&self) -> Vec<Text> {
         let mut sentences: Vec<String> = Vec::new();

@@ -1,6 +1,7 @@
 //! What BHS16 and its talk say about single scattering.
 
 use super::summary::{ALL, ScatteringTables};
+use crate::kinds::rows::least_time;
 use crate::page::{Claim, Measured, Missing, Text, percent, recorded};
 use evaluation::{ScatteringPictureRecord, ScatteringRecord, StoredBiasRecord};
 
@@ -267,7 +268,7 @@ fn expense(tables: &ScatteringTables<'_>) -> Measured<String> {
 fn times(tables: &ScatteringTables<'_>) -> Measured<String> {
     let time = |role| -> Measured<f64> {
         let name = tables.name(role)?;
-        let of = |stage| recorded(tables.least_time(name, stage));
+        let of = |stage| recorded(least_time(&tables.samples, name, stage));
         Ok(of("resample")? + of("prefix")?)
     };
     let (without, with) = (time("six moments")?, time("six moments, filtered")?);

@@ -55,12 +55,6 @@ impl ScatteringTables<'_> {
         recorded(self.pooled(name, class))
     }
 
-    /// Least time of a stage in nanoseconds an item: the repetition that was disturbed least.
-    pub(super) fn least_time(&self, technique: &str, stage: &str) -> Option<f64> {
-        let of_stage = self.samples.iter().filter(|s| s.technique == technique && s.stage == stage);
-        of_stage.map(|s| s.time_ns as f64 / s.items.max(1) as f64).min_by(f64::total_cmp)
-    }
-
     /// Mean flicker of a technique over all views, motions and shifts.
     pub(super) fn flicker(&self, technique: &str) -> Option<f64> {
         let rows: Vec<f64> =

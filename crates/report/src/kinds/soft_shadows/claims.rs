@@ -1,6 +1,7 @@
 //! What BHS16 says about soft shadows.
 
 use super::summary::SoftTables;
+use crate::kinds::rows::least_time;
 use crate::page::{Claim, Measured, Missing, Text, percent, player, recorded};
 use evaluation::{Population, SoftPictureRecord, SoftRecord, SweepRecord};
 
@@ -186,7 +187,7 @@ fn limited(tables: &SoftTables<'_>) -> Measured<String> {
 fn interpolation(tables: &SoftTables<'_>) -> Measured<String> {
     let time = |role| {
         let name = &player(&tables.experiment.technique, role)?.name;
-        recorded(tables.least_time(name, "shade"))
+        recorded(least_time(&tables.samples, name, "shade"))
     };
     let roles = ["four moments", "four moments, not interpolated"];
     let (with, without) = (time(roles[0])?, time(roles[1])?);

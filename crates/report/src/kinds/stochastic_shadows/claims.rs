@@ -1,6 +1,7 @@
 //! What SSSM15 says about stochastic soft shadow mapping.
 
 use super::summary::StochasticTables;
+use crate::kinds::rows::least_time;
 use crate::page::{Claim, Measured, percent, player, recorded};
 use evaluation::StochasticRecord;
 
@@ -175,7 +176,7 @@ fn interleaving(tables: &StochasticTables<'_>) -> Measured<String> {
     })?;
     let time = |role| -> Measured<f64> {
         let name = &player(&tables.experiment.technique, role)?.name;
-        recorded(tables.least_time(name, "filter"))
+        recorded(least_time(&tables.samples, name, "filter"))
     };
     Ok(format!(
         "Error of every second and of every sample: {text}; all planes take {:.0} and {:.0} ns a texel on one core",

@@ -90,12 +90,6 @@ impl StochasticTables<'_> {
         recorded(self.row(light, name, class))
     }
 
-    /// Least time of a stage in nanoseconds an item: the repetition that was disturbed least.
-    pub(super) fn least_time(&self, technique: &str, stage: &str) -> Option<f64> {
-        let of_stage = self.samples.iter().filter(|s| s.technique == technique && s.stage == stage);
-        of_stage.map(|s| s.time_ns as f64 / s.items.max(1) as f64).min_by(f64::total_cmp)
-    }
-
     /// The answer to the experiment's question.
     pub(super) fn answer(&self) -> Vec<Text> {
         let sentences =

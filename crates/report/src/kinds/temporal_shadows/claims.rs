@@ -1,6 +1,7 @@
 //! What TC09 says about soft shadows over time.
 
 use super::summary::TemporalTables;
+use crate::kinds::rows::least_time;
 use crate::page::{Claim, Measured, percent, player, recorded};
 use evaluation::TemporalRecord;
 
@@ -199,7 +200,7 @@ fn cost(tables: &TemporalTables<'_>) -> Measured<String> {
     }
     let time = |role| -> Measured<f64> {
         let name = &player(&tables.experiment.technique, role)?.name;
-        recorded(tables.least_time(name, "frame"))
+        recorded(least_time(&tables.samples, name, "frame"))
     };
     let (own, few, more) = (time("published")?, time("PCSS 16/16")?, time("PCSS 32/32")?);
     Ok(format!(

@@ -1,6 +1,7 @@
 //! The tables of a `temporal-shadows` run, each with a note on how to read it.
 
 use super::summary::{ASKED, MENDS, TemporalTables};
+use crate::kinds::rows::least_time;
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{PathSetting, TemporalPicture, TemporalRecord};
 
@@ -221,10 +222,14 @@ fn truth(tables: &TemporalTables<'_>) -> Vec<Block> {
 }
 
 fn cost(tables: &TemporalTables<'_>) -> Vec<Block> {
-    let time = |technique: &str| tables.least_time(technique, "frame").map(|ns| format!("{ns:.0}"));
-    let timed = tables.experiment.technique.iter().filter(|t| tables.least_time(&t.name, "frame").is_some());
+    let time = |technique: &str| least_time(&tables.samples, technique, "frame").map(|ns| format!("{ns:.0}"));
+    let timed = tables
+        .experiment
+        .technique
+        .iter()
+        .filter(|t| least_time(&tables.samples, &t.name, "frame").is_some());
     let table = Table::of(timed).left("technique", |t| &t.name).right("ns a pixel", |t| time(&t.name));
-    let maps = tables.least_time("", "map").unwrap_or_default();
+    let maps = least_time(&tables.samples, "", "map").unwrap_or_default();
     let note = Text::from(format!(
         "A frame whose pixels have a history, on the first scene, the least of the recorded repetitions; reading a texel of the \
          map takes {maps:.0} ns more, as it is traced and not drawn, and so do texels that a method alone reads."
