@@ -109,7 +109,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         }
         let page = ::report::page(&directory)?;
         page.write()?;
-        let answer = shortened(&page.finding());
+        let answer = shortened(&page.finding(), ANSWER);
         let reproduced = Reproduced {
             experiment: experiment.name.clone(),
             directory: directory.path().display().to_string(),
@@ -138,8 +138,8 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         experiments: reproduced,
     };
     arguments.output.emit(&answer, |out| {
-        for of in &answer.experiments {
-            writeln!(out, "{}: {}", of.experiment, of.answer)?;
+        for line in summary(&answer.experiments) {
+            writeln!(out, "{line}")?;
         }
         writeln!(out, "\nreport: {} ({} at scale {scale})", answer.report, duration(answer.seconds))
     })
@@ -191,12 +191,33 @@ fn duration(seconds: f64) -> String {
     if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }
 
-/// A page's finding, at most two lines long.
-fn shortened(whole: &str) -> String {
-    /// Characters that fit a terminal of 80 columns twice, behind the name.
-    const LENGTH: usize = 140;
-    let sentence: String = whole.chars().take(LENGTH).collect();
-    if sentence.len() < whole.len() { format!("{} ...", sentence.trim_end()) } else { sentence }
+/// Characters of an answer: two rows of a terminal, behind a short name.
+const ANSWER: usize = 140;
+
+/// Rows and columns of a terminal, as they were from the first on; the report's place takes one of the rows.
+const SCREEN: [usize; 2] = [23, 80];
+
+/// A text that ends where there is no more room.
+fn shortened(whole: &str, length: usize) -> String {
+    if whole.chars().count() <= length {
+        return whole.to_owned();
+    }
+    let beginning: String = whole.chars().take(length.saturating_sub(4)).collect();
+    format!("{} ...", beginning.trim_end())
+}
+
+/// All answers on one screen: two rows each while there is room, for the longest first.
+fn summary(experiments: &[Reproduced]) -> Vec<String> {
+    let [screen, width] = SCREEN;
+    let whole: Vec<String> =
+        experiments.iter().map(|of| format!("{}: {}", of.experiment, of.answer)).collect();
+    let length = |line: usize| whole[line].chars().count();
+    let mut by_length: Vec<usize> = (0..whole.len()).collect();
+    by_length.sort_by_key(|&line| std::cmp::Reverse(length(line)));
+    let mut rows = vec![1; whole.len()];
+    let spare = screen.saturating_sub(whole.len());
+    by_length.iter().filter(|&&line| length(line) > width).take(spare).for_each(|&line| rows[line] = 2);
+    whole.iter().zip(rows).map(|(line, rows)| shortened(line, rows * width)).collect()
 }
 
 fn index(scale: Scale, root: &Path, reproduced: &[Reproduced]) -> String {
