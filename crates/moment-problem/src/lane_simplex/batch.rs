@@ -4,6 +4,7 @@ use super::CHUNK;
 use super::pairs::MAX_RANK;
 use super::span::FunctionSpan;
 use crate::fast_simplex::{FastFragment, FastStart, SupportDistribution};
+use serde::{Deserialize, Serialize};
 
 /// Programs of kernels with their coordinates in a [`FunctionSpan`]: what does not depend on the basis.
 #[derive(Clone, Debug)]
@@ -130,7 +131,7 @@ fn few(kernel: &SupportDistribution) -> [u16; MAX_RANK] {
 }
 
 /// Two guesses at the optimal columns of each program, from solutions for other bases of the same rank.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LaneStarts {
     pub(super) rank: usize,
     /// Ascending columns, `rank` for each program.
