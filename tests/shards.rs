@@ -49,7 +49,8 @@ fn refused(output: &Output, code: i32, needles: &[&str]) {
 fn records(run: &Path) -> Vec<(String, Vec<u8>)> {
     let names = std::fs::read_dir(run).unwrap().map(|entry| entry.unwrap().file_name());
     let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
-    let timed = ["samples.csv", "frames.csv", "passes.csv", "provenance.json", "README.md", "time.svg", "gpu.svg"];
+    let timed =
+        ["samples.csv", "frames.csv", "passes.csv", "provenance.json", "README.md", "time.svg", "gpu.svg"];
     names.retain(|name| !timed.contains(&name.as_str()));
     names.sort();
     names.into_iter().map(|name| (name.clone(), std::fs::read(run.join(&name)).unwrap())).collect()
@@ -122,7 +123,11 @@ fn shards_need_nothing_but_the_rounds_before_theirs() {
     }
     let parts = out.join("candidate-search/parts-smoke");
     same(&search, &whole, &directory(&attempt(&["--merge", parts.to_str().unwrap()])));
-    refused(&attempt(&["--seed", "8", "--merge", parts.to_str().unwrap()]), 2, &["another search or run", "round-0"]);
+    refused(
+        &attempt(&["--seed", "8", "--merge", parts.to_str().unwrap()]),
+        2,
+        &["another search or run", "round-0"],
+    );
     refused(&attempt(&["--seed", "8", "--shard", "1/2", "--round", "0"]), 2, &["shard-0001-of-0002.part"]);
     refused(&attempt(&["--round", "0"]), 2, &["--shard"]);
     refused(&attempt(&["--parts", text]), 2, &["--parts goes with"]);
@@ -156,7 +161,8 @@ fn kills_full_disks_and_late_files_lose_nothing() {
         kills += 1;
     }
     assert!(kills >= 2, "{kills}");
-    let twice = [0, 1].map(|_| task(&["--round", "0", "--shard", "1/2"]).stdout(Stdio::piped()).spawn().unwrap());
+    let twice =
+        [0, 1].map(|_| task(&["--round", "0", "--shard", "1/2"]).stdout(Stdio::piped()).spawn().unwrap());
     for child in twice {
         assert!(child.wait_with_output().unwrap().status.success());
     }

@@ -14,16 +14,19 @@ mod slurm;
 #[cfg(unix)]
 fn main() -> std::process::ExitCode {
     use libtest_mimic::{Arguments, Trial};
-    let needs = |programs: &'static [&'static str], name: &str, test: fn() -> Result<(), libtest_mimic::Failed>| {
-        let missing = programs.iter().find(|program| scripts::found(program).is_none());
-        match missing {
-            None => Trial::test(name, test),
-            Some(program) if std::env::var("MSM_REQUIRE_SLURM").is_ok_and(|value| value == "1") => {
-                Trial::test(name, move || Err(format!("MSM_REQUIRE_SLURM is 1 but {program} is not installed").into()))
+    let needs =
+        |programs: &'static [&'static str], name: &str, test: fn() -> Result<(), libtest_mimic::Failed>| {
+            let missing = programs.iter().find(|program| scripts::found(program).is_none());
+            match missing {
+                None => Trial::test(name, test),
+                Some(program) if std::env::var("MSM_REQUIRE_SLURM").is_ok_and(|value| value == "1") => {
+                    Trial::test(name, move || {
+                        Err(format!("MSM_REQUIRE_SLURM is 1 but {program} is not installed").into())
+                    })
+                }
+                Some(_) => Trial::test(name, || Ok(())).with_ignored_flag(true),
             }
-            Some(_) => Trial::test(name, || Ok(())).with_ignored_flag(true),
-        }
-    };
+        };
     let trials = vec![
         needs(&slurm::PROGRAMS, "a_node_that_dies_costs_time_and_nothing_else", slurm::a_node_dies),
         needs(&["parallel"], "gnu_parallel_runs_the_same_shards", scripts::gnu_parallel),

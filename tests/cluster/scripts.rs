@@ -34,7 +34,8 @@ pub fn succeeded(output: &Output) -> Result<(), Failed> {
     if output.status.success() {
         return Ok(());
     }
-    Err(format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr)).into())
+    Err(format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr))
+        .into())
 }
 
 /// The tables of a run whose bytes depend on the experiment alone.
@@ -71,7 +72,8 @@ pub fn gnu_parallel() -> Result<(), Failed> {
     let search = experiment("candidate-search");
     let many = out.join("many");
     let text = many.to_str().unwrap();
-    let arguments = ["cluster", search.to_str().unwrap(), "--scale", "smoke", "--shards", "5", "--engine", "parallel"];
+    let arguments =
+        ["cluster", search.to_str().unwrap(), "--scale", "smoke", "--shards", "5", "--engine", "parallel"];
     succeeded(&msm(&arguments).args(["--out", text, "--submit"]).output()?)?;
     let told = status(&many)?;
     assert_eq!(records(Path::new(told["run"].as_str().unwrap())), whole);
@@ -124,7 +126,8 @@ pub fn mistakes() -> Result<(), Failed> {
 
 pub fn forecast() -> Result<(), Failed> {
     let search = experiment("candidate-search");
-    let arguments = ["cluster", search.to_str().unwrap(), "--scale", "smoke", "--dry-run", "--format", "json"];
+    let arguments =
+        ["cluster", search.to_str().unwrap(), "--scale", "smoke", "--dry-run", "--format", "json"];
     let ask = |more: &[&str]| -> Result<Value, Failed> {
         let output = msm(&arguments).args(more).output()?;
         succeeded(&output)?;
@@ -135,7 +138,10 @@ pub fn forecast() -> Result<(), Failed> {
     for needle in ["MaxArraySize", "--time later", "--mem 1M", "have nothing to do", "its start"] {
         assert!(warnings.contains(needle), "{needle}: {warnings}");
     }
-    assert_eq!((answer["arrays"].as_array().unwrap().len(), answer["arrays"][2].as_str()), (3, Some("1-2000")));
+    assert_eq!(
+        (answer["arrays"].as_array().unwrap().len(), answer["arrays"][2].as_str()),
+        (3, Some("1-2000"))
+    );
     assert!(answer["forecast"]["core_hours"].as_f64().unwrap() > 0.0);
     let answer = ask(&["--shards", "4", "--time", "1:00:00", "--mem", "4G"])?;
     assert!(!answer["warnings"].to_string().contains("--time"), "{answer}");

@@ -131,7 +131,8 @@ pub fn a_node_dies() -> Result<(), Failed> {
         Ok(done(&told, 0) >= 4 && !busy.trim().is_empty())
     })?;
     let mut node = cluster.nodes.pop().ok_or("there is no second node")?;
-    let in_flight = cluster.says("squeue", &["--noheader", "--nodelist=n2", "--states=RUNNING", "--format=%i"])?;
+    let in_flight =
+        cluster.says("squeue", &["--noheader", "--nodelist=n2", "--states=RUNNING", "--format=%i"])?;
     // SIGKILL.
     node.kill()?;
     node.wait()?;

@@ -1,7 +1,7 @@
 //! What an experiment will cost on a cluster, and which of its usual limits it exceeds.
 
-use super::status::span;
 use super::Arguments;
+use super::status::span;
 use crate::outcome::Failure;
 use evaluation::{Backend, Experiment, Forecast};
 use serde::Serialize;
@@ -83,7 +83,8 @@ fn warnings(arguments: &Arguments, forecast: &Forecast, shards: usize, files: us
     match arguments.mem.as_deref().map(|size| (size, bytes(size))) {
         Some((size, None)) => warnings.push(format!("--mem {size} is no size that Slurm knows")),
         Some((size, Some(limit))) if limit < forecast.memory_bytes as f64 => {
-            warnings.push(format!("--mem {size} is less than the {} of a task", size_of(forecast.memory_bytes)));
+            warnings
+                .push(format!("--mem {size} is less than the {} of a task", size_of(forecast.memory_bytes)));
         }
         Some(_) | None => {}
     }
@@ -116,8 +117,16 @@ pub(super) fn execute(arguments: &Arguments, experiment: &Experiment, shards: us
         let Answer { forecast: f, .. } = &answer;
         writeln!(out, "measured    {}", f.measured)?;
         writeln!(out, "work        {:.2} core hours", f.core_hours)?;
-        writeln!(out, "arrays      {} of 1-{shards}, one after the other, {} pieces in the first", f.rounds, f.pieces)?;
-        writeln!(out, "a task      {} in the first round, on {threads} threads", span(3600.0 * f.task_hours))?;
+        writeln!(
+            out,
+            "arrays      {} of 1-{shards}, one after the other, {} pieces in the first",
+            f.rounds, f.pieces
+        )?;
+        writeln!(
+            out,
+            "a task      {} in the first round, on {threads} threads",
+            span(3600.0 * f.task_hours)
+        )?;
         writeln!(out, "memory      {} for a task", size_of(f.memory_bytes))?;
         writeln!(out, "disk        {} in {files} files, logs included", size_of(f.disk_bytes))?;
         answer.warnings.iter().try_for_each(|warning| writeln!(out, "warning     {warning}"))
@@ -130,11 +139,15 @@ mod tests {
 
     #[test]
     fn times_and_sizes_are_read_as_slurm_reads_them() {
-        let known = [("90", 5400.0), ("1:30", 90.0), ("2:00:00", 7200.0), ("1-0", 86_400.0), ("1-2:3:4", 93_784.0)];
+        let known =
+            [("90", 5400.0), ("1:30", 90.0), ("2:00:00", 7200.0), ("1-0", 86_400.0), ("1-2:3:4", 93_784.0)];
         for (text, expected) in known {
             assert_eq!(seconds(text), Some(expected), "{text}");
         }
         assert_eq!((seconds("soon"), seconds("1:2:3:4")), (None, None));
-        assert_eq!((bytes("4G"), bytes("512"), bytes("4Q")), (Some(4.0 * 2f64.powi(30)), Some(512.0 * 2f64.powi(20)), None));
+        assert_eq!(
+            (bytes("4G"), bytes("512"), bytes("4Q")),
+            (Some(4.0 * 2f64.powi(30)), Some(512.0 * 2f64.powi(20)), None)
+        );
     }
 }

@@ -107,7 +107,9 @@ struct Answer {
 fn checked(option: &str, value: Option<&String>) -> Result<(), Failure> {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.:,+/".contains(c);
     match value.filter(|value| value.is_empty() || !value.chars().all(is_plain)) {
-        Some(value) => Err(Failure::Input(anyhow!("{option} {value:?} is no such value: letters, digits and -_.:,+/"))),
+        Some(value) => {
+            Err(Failure::Input(anyhow!("{option} {value:?} is no such value: letters, digits and -_.:,+/")))
+        }
         None => Ok(()),
     }
 }
@@ -136,7 +138,9 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     if experiment.rounds() == 0 {
         let (name, kind) = (&experiment.name, experiment.kind_name());
-        let reason = format!("experiment `{name}` is of kind \"{kind}\", which is not divided: `msm run` takes one machine");
+        let reason = format!(
+            "experiment `{name}` is of kind \"{kind}\", which is not divided: `msm run` takes one machine"
+        );
         return Err(Failure::Input(anyhow!(reason)));
     }
     if arguments.dry_run {

@@ -35,7 +35,10 @@ impl Plan {
         (scale, shards): (Scale, usize),
     ) -> Result<Self, Failure> {
         if !experiment.name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c)) {
-            let reason = format!("`{}`: jobs are named after the experiment: letters, digits and -_.", experiment.name);
+            let reason = format!(
+                "`{}`: jobs are named after the experiment: letters, digits and -_.",
+                experiment.name
+            );
             return Err(Failure::Input(anyhow!(reason)));
         }
         // Two folders of one experiment have jobs of different names.

@@ -83,7 +83,10 @@ impl Experiment {
         let [cost, most, all] = found.cost.map(|cost| cost as f64);
         let hours = found.seconds / cost.max(1.0) / 3600.0;
         Ok(Forecast {
-            measured: format!("one of {} pieces took {:.1} s on {threads} threads", found.pieces, found.seconds),
+            measured: format!(
+                "one of {} pieces took {:.1} s on {threads} threads",
+                found.pieces, found.seconds
+            ),
             rounds,
             pieces: found.pieces as u64,
             core_hours: hours * all * threads as f64,

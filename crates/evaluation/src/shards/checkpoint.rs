@@ -49,7 +49,10 @@ impl Checkpoint {
     }
 
     /// Appends findings with one write.
-    pub(super) fn append<K: Serialize, F: Serialize>(&mut self, findings: &[(K, F)]) -> Result<(), EvaluationError> {
+    pub(super) fn append<K: Serialize, F: Serialize>(
+        &mut self,
+        findings: &[(K, F)],
+    ) -> Result<(), EvaluationError> {
         let text: String = findings.iter().map(|(key, finding)| written(key, finding)).collect();
         self.write(&text)
     }
@@ -142,8 +145,9 @@ mod tests {
         let path = file("damage");
         let mut checkpoint = Checkpoint::create(&path, "abc", Shard::WHOLE).unwrap();
         checkpoint.append(&[((0, 4, 7), finding(0.1)), ((0, 4, 8), finding(0.2))]).unwrap();
-        let message =
-            |inputs: &str| load::<SearchPieces<'_>>(&path, inputs).err().map(|e| e.to_string()).unwrap_or_default();
+        let message = |inputs: &str| {
+            load::<SearchPieces<'_>>(&path, inputs).err().map(|e| e.to_string()).unwrap_or_default()
+        };
         assert!(message("abd").contains("another search"));
         let whole = std::fs::read(&path).unwrap();
         // Every byte but the ends of lines, whose change can make a line torn.

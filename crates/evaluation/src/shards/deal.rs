@@ -34,7 +34,8 @@ mod tests {
             all.sort_unstable();
             assert_eq!(all, (0..500).collect::<Vec<_>>());
             let loads = shards.iter().map(|shard| shard.iter().map(|&place| costs[place]).sum::<u64>());
-            let (longest, mean) = (loads.max().unwrap() as f64, costs.iter().sum::<u64>() as f64 / count as f64);
+            let (longest, mean) =
+                (loads.max().unwrap() as f64, costs.iter().sum::<u64>() as f64 / count as f64);
             assert!(longest <= mean.max(23.0) + 1.0, "{count}: {longest} of {mean}");
         }
         assert_eq!(dealt(&[], 2), vec![Vec::<usize>::new(); 2]);

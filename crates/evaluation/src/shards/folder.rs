@@ -62,6 +62,12 @@ impl Folder<'_> {
         }
     }
 
+    /// Waits for what the selection of the first round has written, if there was one.
+    pub(super) fn await_supply(&self, path: &Path) {
+        let is_selected = of_round(self.path, 0).join(SELECTION).exists();
+        self.await_that(|| !is_selected || path.exists());
+    }
+
     /// The pieces of a shard whose file is there. A damaged file is put aside, one of another program refused.
     pub(super) fn found(
         &self,
@@ -120,8 +126,14 @@ impl Folder<'_> {
         let is_there = |index: usize| seen.iter().any(|(shard, _)| shard.index == index);
         let missing: Vec<usize> = (1..=count).filter(|&index| !is_there(index)).collect();
         let reason = match (count, missing.is_empty()) {
-            (0, _) => format!("has no shard of round {round} yet: files that end in .{} are wanted", part::ENDING),
-            (_, false) => format!("of round {round}, {} of {count} shards are missing: {}", missing.len(), ranges(&missing)),
+            (0, _) => {
+                format!("has no shard of round {round} yet: files that end in .{} are wanted", part::ENDING)
+            }
+            (_, false) => format!(
+                "of round {round}, {} of {count} shards are missing: {}",
+                missing.len(),
+                ranges(&missing)
+            ),
             (_, true) => return Ok(()),
         };
         Err(EvaluationError::Input { path: folder, reason })
@@ -213,7 +225,9 @@ pub fn round_state(parts: &Path, round: usize, shards: usize) -> RoundState {
     let entries = std::fs::read_dir(&folder).into_iter().flatten().filter_map(Result::ok);
     for entry in entries {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let Some(shard) = part::shard_of(&name).filter(|_| name.ends_with(part::UNFINISHED)) else { continue };
+        let Some(shard) = part::shard_of(&name).filter(|_| name.ends_with(part::UNFINISHED)) else {
+            continue;
+        };
         let touched = entry.metadata().and_then(|data| data.modified()).unwrap_or(SystemTime::UNIX_EPOCH);
         let silent = SystemTime::now().duration_since(touched).unwrap_or_default();
         let is_new = !state.done.contains_key(&shard.index) && !state.running.contains(&shard.index);

@@ -165,7 +165,8 @@ pub(crate) fn gather<P: Pieces>(
     let mut known = HashMap::new();
     match context.task {
         Task::Whole => {
-            let mut log = context.keeps_findings.then(|| open::<P>(context, inputs, &mut known)).transpose()?;
+            let mut log =
+                context.keeps_findings.then(|| open::<P>(context, inputs, &mut known)).transpose()?;
             complete(pieces, &mut known, &mut log)?;
         }
         Task::Shard(shard) => {
@@ -178,7 +179,8 @@ pub(crate) fn gather<P: Pieces>(
         Task::Merge { directories, patience } => {
             let rounds = merge((directories, patience), inputs, pieces, &mut known)?;
             check(pieces, rounds, &mut known)?;
-            let mut log = context.keeps_findings.then(|| open::<P>(context, inputs, &mut known)).transpose()?;
+            let mut log =
+                context.keeps_findings.then(|| open::<P>(context, inputs, &mut known)).transpose()?;
             complete(pieces, &mut known, &mut log)?;
         }
         Task::Measure(measured) => {
@@ -249,7 +251,9 @@ pub(crate) fn already_there(context: &RunContext<'_>) -> Result<Option<Recorded>
             let found = Folder { path: parts, patience }.found(&context.identity, round, shard)?;
             Ok(found.map(part_of))
         }
-        Task::Whole | Task::Shard(_) | Task::Merge { .. } | Task::Measure(_) | Task::Select { .. } => Ok(None),
+        Task::Whole | Task::Shard(_) | Task::Merge { .. } | Task::Measure(_) | Task::Select { .. } => {
+            Ok(None)
+        }
     }
 }
 
@@ -344,7 +348,9 @@ fn open<P: Pieces>(
     let path = context.directory.join(FILE);
     let shard = match context.task {
         Task::Shard(shard) => shard,
-        Task::Whole | Task::Merge { .. } | Task::Measure(_) | Task::Select { .. } | Task::Part { .. } => Shard::WHOLE,
+        Task::Whole | Task::Merge { .. } | Task::Measure(_) | Task::Select { .. } | Task::Part { .. } => {
+            Shard::WHOLE
+        }
     };
     if path.exists() && std::fs::metadata(&path).is_ok_and(|data| data.len() > 0) {
         let loaded = checkpoint::load::<P>(&path, inputs)?;

@@ -112,7 +112,9 @@ impl Writer {
             _alive: alive,
         };
         let Header { program, inputs, round, shard } = header;
-        writer.write(&sealed(&format!("{MAGIC} program {program} inputs {inputs} round {round} shard {shard}")))?;
+        writer.write(&sealed(&format!(
+            "{MAGIC} program {program} inputs {inputs} round {round} shard {shard}"
+        )))?;
         Ok(writer)
     }
 
@@ -129,9 +131,13 @@ impl Writer {
     pub(super) fn finish(mut self, seconds: f64, threads: usize) -> Result<(), EvaluationError> {
         let hash = hexadecimal(&sha2::Digest::finalize(self.text.clone()));
         let pieces = self.pieces;
-        self.write(&sealed(&format!("end pieces {pieces} seconds {seconds:.3} threads {threads} sha256 {hash}")))?;
+        self.write(&sealed(&format!(
+            "end pieces {pieces} seconds {seconds:.3} threads {threads} sha256 {hash}"
+        )))?;
         let named = self.file.flush().and_then(|()| self.file.get_ref().sync_all());
-        named.and_then(|()| std::fs::rename(&self.temporary, &self.path)).map_err(|source| self.failed(source))?;
+        named
+            .and_then(|()| std::fs::rename(&self.temporary, &self.path))
+            .map_err(|source| self.failed(source))?;
         self.is_finished = true;
         Ok(())
     }
@@ -174,7 +180,8 @@ impl<'t> Part<'t> {
         let ["pieces", pieces, "seconds", seconds, "threads", threads, "sha256", hash] = words[..] else {
             return Err("its last line does not count the others".to_owned());
         };
-        let number = |word: &str| word.parse::<usize>().map_err(|_| format!("`{word}` in its last line is no number"));
+        let number =
+            |word: &str| word.parse::<usize>().map_err(|_| format!("`{word}` in its last line is no number"));
         let (pieces, threads) = (number(pieces)?, number(threads)?);
         let seconds = seconds.parse().map_err(|_| format!("`{seconds}` in its last line is no time"))?;
         if let Some(line) = lines.iter().position(|line| unsealed(line).is_none()) {
@@ -202,7 +209,9 @@ impl<'t> Part<'t> {
 impl Header {
     fn parse(line: &str) -> Option<Self> {
         let words: Vec<&str> = line.strip_prefix(MAGIC)?.split_whitespace().collect();
-        let ["program", program, "inputs", inputs, "round", round, "shard", shard] = words[..] else { return None };
+        let ["program", program, "inputs", inputs, "round", round, "shard", shard] = words[..] else {
+            return None;
+        };
         let (program, inputs) = (program.to_owned(), inputs.to_owned());
         Some(Self { program, inputs, round: round.parse().ok()?, shard: shard.parse().ok()? })
     }

@@ -1,6 +1,7 @@
 //! What every shard would compute anew, computed once by the selection before the first round and read by those who need it.
 
 use super::Task;
+use super::folder::Folder;
 use super::sealed::foreign;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
@@ -19,7 +20,7 @@ const HASH: usize = 32;
 const BEFORE: usize = MAGIC.len() + 2 * HASH + HASH;
 
 fn path(context: &RunContext<'_>, name: &str) -> Option<PathBuf> {
-    match &context.task {
+    match context.task {
         Task::Select { parts, .. } | Task::Part { parts, .. } => Some(parts.join(format!("{name}.supply"))),
         Task::Whole | Task::Shard(_) | Task::Merge { .. } | Task::Measure(_) => None,
     }
@@ -51,7 +52,13 @@ pub(crate) fn supplied<T: DeserializeOwned>(
     context: &RunContext<'_>,
     name: &str,
 ) -> Result<Option<T>, EvaluationError> {
-    let Some(path) = path(context, name).filter(|path| path.exists()) else { return Ok(None) };
+    let Some(path) = path(context, name) else { return Ok(None) };
+    if let Task::Select { parts, patience, .. } | Task::Part { parts, patience, .. } = context.task {
+        Folder { path: parts, patience }.await_supply(&path);
+    }
+    if !path.exists() {
+        return Ok(None);
+    }
     let fail = |reason: String| EvaluationError::Input { path: path.clone(), reason };
     let bytes = std::fs::read(&path).map_err(|error| fail(error.to_string()))?;
     let damaged = || fail("is damaged or truncated: select round 0 again".to_owned());

@@ -86,7 +86,11 @@ fn select(parts: &Path, round: usize) -> Result<usize, String> {
 
 fn merged(parts: &Path, identity: &str) -> Result<Vec<((u16, u32), u64)>, String> {
     let directories = [parts.to_owned()];
-    let task = if parts.as_os_str().is_empty() { Task::Whole } else { Task::Merge { directories: &directories, patience: AT_ONCE } };
+    let task = if parts.as_os_str().is_empty() {
+        Task::Whole
+    } else {
+        Task::Merge { directories: &directories, patience: AT_ONCE }
+    };
     let context = context(task, identity);
     match gather(&context, &context.identity, &Squares).map_err(|error| error.to_string())? {
         Gathered::All(known) => {
@@ -109,7 +113,8 @@ fn rounds_of_shards_find_what_one_machine_finds_whatever_happens_between_them() 
         assert!((13..=14).contains(&part(parts, 0, shard, "abc").unwrap()));
     }
     assert!(select(parts, 1).unwrap_err().contains("of round 0, 1 of 3 shards are missing: 2"));
-    let [first, second] = ["1", "2"].map(|i| parts.join("round-0").join(format!("shard-000{i}-of-0003.part")));
+    let [first, second] =
+        ["1", "2"].map(|i| parts.join("round-0").join(format!("shard-000{i}-of-0003.part")));
     let good = std::fs::read(&first).unwrap();
     // A task that was killed has left a file that nobody reads.
     std::fs::write(parts.join("round-0/.shard-0002-of-0003.part.7-7.partial"), &good[..9]).unwrap();
@@ -121,7 +126,9 @@ fn rounds_of_shards_find_what_one_machine_finds_whatever_happens_between_them() 
     part(parts, 0, "1/3", "abc").unwrap();
     assert_eq!(std::fs::read(&first).unwrap(), good);
     // Another build or other inputs; the file stays.
-    assert!(part(parts, 0, "1/3", "abd").unwrap_err().contains("shard-0001-of-0003.part: belongs to another"));
+    assert!(
+        part(parts, 0, "1/3", "abd").unwrap_err().contains("shard-0001-of-0003.part: belongs to another")
+    );
     assert!(merged(parts, "abd").unwrap_err().contains("belongs to another"));
     assert_eq!(std::fs::read(&first).unwrap(), good);
     // Two files for one shard.

@@ -44,7 +44,8 @@ impl QuantizationExperiment {
             let variant = &variants[number - self.gain.len()];
             of_variant(self, variant, &fragments(variant), &exact).map(Finding::Variant)
         };
-        let costs: Vec<u64> = self.gain.iter().map(|_| 1).chain(variants.iter().map(StoredTechnique::cost)).collect();
+        let costs: Vec<u64> =
+            self.gain.iter().map(|_| 1).chain(variants.iter().map(StoredTechnique::cost)).collect();
         let found = match shards::numbered(context, "gains and ways to store moments", &costs, &one)? {
             Gathered::All(found) => found,
             Gathered::Part(recorded) => return Ok(recorded),

@@ -49,14 +49,12 @@ impl SearchExperiment {
         let card = if is_work { card::chosen(context.backend)? } else { None };
         let on_card = card.as_ref().map(|card| CardSweep::new(&sweep, card)).transpose()?.flatten();
         let pieces = SearchPieces { sweep: &sweep, card: on_card.as_ref(), progress: context.progress };
+        if matches!(context.task, Task::Select { round: 0, .. }) {
+            self.supply(context, &sweep)?;
+        }
         match shards::gather(context, &inputs, &pieces)? {
             Gathered::All(known) => self.recorded(&sweep, &functions, &known),
-            Gathered::Part(recorded) => {
-                if matches!(context.task, Task::Select { round: 0, .. }) {
-                    self.supply(context, &sweep)?;
-                }
-                Ok(recorded)
-            }
+            Gathered::Part(recorded) => Ok(recorded),
         }
     }
 

@@ -59,14 +59,18 @@ impl SearchExperiment {
         let wanted = match context.task {
             Task::Part { round, .. } => Some(Some(round)),
             Task::Select { round, .. } if round > 0 => Some(None),
-            Task::Select { .. } | Task::Whole | Task::Shard(_) | Task::Merge { .. } | Task::Measure(_) => None,
+            Task::Select { .. } | Task::Whole | Task::Shard(_) | Task::Merge { .. } | Task::Measure(_) => {
+                None
+            }
         };
         if let Some(block) = wanted
             && let Some(common) = shards::supplied::<Common>(context, ALL)?
         {
             let inputs = inputs(&common.digest);
             let supply = match block {
-                Some(block) => shards::supplied::<Supply<Control>>(context, &name(block))?.map(|supply| (block, supply)),
+                Some(block) => {
+                    shards::supplied::<Supply<Control>>(context, &name(block))?.map(|supply| (block, supply))
+                }
                 None => None,
             };
             if block.is_none() || supply.is_some() {

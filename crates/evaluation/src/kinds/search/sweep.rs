@@ -192,9 +192,8 @@ impl<'a> Sweep<'a> {
 
     /// All candidates, on the first block.
     pub(crate) fn first_keys(&self) -> Vec<Key> {
-        let of_order = |order: usize| {
-            (0..self.subsets[order].len()).map(move |number| (0, order as u16, number as u32))
-        };
+        let of_order =
+            |order: usize| (0..self.subsets[order].len()).map(move |number| (0, order as u16, number as u32));
         (0..self.subsets.len()).flat_map(of_order).collect()
     }
 

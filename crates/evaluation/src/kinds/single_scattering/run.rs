@@ -105,7 +105,9 @@ impl SingleScatteringExperiment {
         };
         let costs: Vec<u64> = lights.iter().map(|light| 1 + stands(scenes[light.0].label) as u64).collect();
         let found = match shards::numbered(context, "lights", &costs, &one)? {
-            Gathered::All(found) => found.into_iter().fold(LightFinding::default(), LightFinding::followed_by),
+            Gathered::All(found) => {
+                found.into_iter().fold(LightFinding::default(), LightFinding::followed_by)
+            }
             Gathered::Part(recorded) => return Ok(recorded),
         };
         let LightFinding { findings, rows, mut files, drawn, moved, biased, samples } = found;

@@ -148,11 +148,7 @@ impl SoftPlan<'_> {
         Ok(view.lit(&area_light, &self.truth))
     }
 
-    fn finding(
-        &self,
-        view: usize,
-        light: usize,
-    ) -> Result<Finding, EvaluationError> {
+    fn finding(&self, view: usize, light: usize) -> Result<Finding, EvaluationError> {
         let mut rows = Vec::new();
         let lit = self.lit(view, light)?;
         let of = &self.views[view];

@@ -232,13 +232,7 @@ fn short(value: f64) -> f64 {
 }
 
 impl Tables {
-    fn add(
-        &mut self,
-        experiment: &StabilityExperiment,
-        plan: &StabilityPlan,
-        family: usize,
-        rows: &[Row],
-    ) {
+    fn add(&mut self, experiment: &StabilityExperiment, plan: &StabilityPlan, family: usize, rows: &[Row]) {
         let name = &experiment.family[family].name;
         let mut whole = Outcome::new(plan);
         for row in rows {

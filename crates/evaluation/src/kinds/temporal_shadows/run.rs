@@ -117,8 +117,7 @@ impl TemporalShadowsExperiment {
         }
         let album = Album::new(self, &stages)?;
         let paths = self.path.len();
-        let costs: Vec<u64> =
-            stages.iter().flat_map(|_| &self.path).map(|path| path.frames as u64).collect();
+        let costs: Vec<u64> = stages.iter().flat_map(|_| &self.path).map(|path| path.frames as u64).collect();
         let one = |number: usize| {
             let (mut ledger, mut album) = (Ledger::default(), album.clone());
             plan.walk(&stages[number / paths], number % paths, &mut ledger, &mut album)?;
