@@ -121,6 +121,10 @@ const MAX_PLANES: usize = 64;
 const MAX_SIDE: u32 = 4096;
 
 impl Role for StochasticTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }

@@ -197,6 +197,10 @@ impl From<TemporalTechnique> for Written {
 }
 
 impl Role for TemporalTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }

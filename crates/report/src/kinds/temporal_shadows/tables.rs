@@ -1,7 +1,7 @@
 //! The tables of a `temporal-shadows` run, each with a note on how to read it.
 
 use super::summary::{ASKED, MENDS, TemporalTables};
-use crate::kinds::rows::least_time;
+use crate::kinds::rows::{least_ns, least_time, timed};
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{PathSetting, TemporalPicture, TemporalRecord};
 
@@ -222,13 +222,10 @@ fn truth(tables: &TemporalTables<'_>) -> Vec<Block> {
 }
 
 fn cost(tables: &TemporalTables<'_>) -> Vec<Block> {
-    let time = |technique: &str| least_time(&tables.samples, technique, "frame").map(|ns| format!("{ns:.0}"));
-    let timed = tables
-        .experiment
-        .technique
-        .iter()
-        .filter(|t| least_time(&tables.samples, &t.name, "frame").is_some());
-    let table = Table::of(timed).left("technique", |t| &t.name).right("ns a pixel", |t| time(&t.name));
+    let time = |technique: &str| least_ns(&tables.samples, technique, "frame");
+    let table = Table::of(timed(&tables.experiment.technique, &tables.samples, "frame"))
+        .left("technique", |t| &t.name)
+        .right("ns a pixel", |t| time(&t.name));
     let maps = least_time(&tables.samples, "", "map").unwrap_or_default();
     let note = Text::from(format!(
         "A frame whose pixels have a history, on the first scene, the least of the recorded repetitions; reading a texel of the \
