@@ -1,15 +1,17 @@
 //! The TOML keys of the kind `stochastic-shadows`.
 
-use super::method::StochasticTechnique;
+use super::method::{Choice, StochasticTechnique};
+use super::shading::{LitFrame, Named};
 use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, TruthSetting};
-use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, check_zoom};
+use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Scenery, Sight, check_zoom};
 use crate::pictures::{check_camera, check_picture};
 use crate::role::{check_names, named};
 use crate::run::Recorded;
 use crate::timing::TimingSetting;
+use scenes::LightView;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
 
@@ -141,6 +143,25 @@ impl StochasticShadowsExperiment {
     /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
         named(&self.technique, names, key)
+    }
+
+    /// Those of these techniques that filter a stochastic map.
+    pub(super) fn filtered(&self, techniques: &[usize]) -> Vec<Named<'_>> {
+        let of = |&index: &usize| match self.technique[index].choice() {
+            Some(Choice::Stochastic(setting)) => Some((index, self.technique[index].name.as_str(), setting)),
+            Some(Choice::Anew(_)) | None => None,
+        };
+        techniques.iter().filter_map(of).collect()
+    }
+
+    /// A frame of a scene that a camera sees.
+    pub(super) fn lit_frame<'s>(
+        &self,
+        scenery: &'s Scenery<'_>,
+        frame: usize,
+        seen: (LightView, &Sight),
+    ) -> Result<LitFrame<'s>, EvaluationError> {
+        LitFrame::new((self.scenery.size, self.scenery.seed), scenery, frame, seen)
     }
 
     /// Depth bias of a technique, with the limit of slopes.

@@ -226,7 +226,7 @@ impl TemporalShadowsExperiment {
     pub(super) fn gathering(&self) -> impl Iterator<Item = (usize, &applications::temporal::TemporalMethod)> {
         self.technique.iter().enumerate().filter_map(|(i, technique)| match &technique.choice {
             MethodChoice::Temporal(method) => Some((i, method)),
-            MethodChoice::Taps(_) | MethodChoice::Soft(_) => None,
+            MethodChoice::Taps(_) | MethodChoice::Soft(_) | MethodChoice::Stochastic(_) => None,
         })
     }
 
@@ -236,7 +236,16 @@ impl TemporalShadowsExperiment {
         place_of(lights, ("light", &picture.light), &format!("{place}.light"))?;
         let paths = self.path.iter().map(|path| path.name.as_str());
         let path = &self.path[place_of(paths, ("path", &picture.path), &format!("{place}.path"))?];
-        named(&self.technique, &picture.techniques, &format!("{place}.techniques"))?;
+        let key = format!("{place}.techniques");
+        for index in named(&self.technique, &picture.techniques, &key)? {
+            if matches!(self.technique[index].choice, MethodChoice::Stochastic(_)) {
+                let name = &self.technique[index].name;
+                return refuse(
+                    key,
+                    format!("technique `{name}`: stochastic maps are drawn by their own kind"),
+                );
+            }
+        }
         let frames = format!("{place}.frames");
         if picture.frames.is_empty() {
             return refuse(frames, format!("picture `{}` shows no frame", picture.id));
