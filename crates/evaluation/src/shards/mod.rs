@@ -10,11 +10,13 @@ mod folder;
 mod numbered;
 mod part;
 mod sealed;
+mod shard;
 mod supply;
 
 pub(crate) use checkpoint::FILE;
 pub use folder::{RoundState, ranges, round_state};
 pub(crate) use numbered::numbered;
+pub use shard::Shard;
 pub(crate) use supply::{supplied, supply};
 
 use crate::error::EvaluationError;
@@ -110,40 +112,6 @@ pub(crate) struct Measured {
     pub(crate) bytes: usize,
     /// What it costs, the most expensive one, and all together.
     pub(crate) cost: [u64; 3],
-}
-
-/// Part of what an experiment divides its work into: `index` of `count`, counted from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// 1 to `count`.
-    pub index: usize,
-    /// Number of parts.
-    pub count: usize,
-}
-
-impl Shard {
-    /// Everything.
-    pub const WHOLE: Self = Self { index: 1, count: 1 };
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let fail = || format!("`{text}` is no shard: write i/N with i from 1 to N, such as 2/4");
-        let (index, count) = text.split_once('/').ok_or_else(fail)?;
-        let (index, count) = (index.parse().map_err(|_| fail())?, count.parse().map_err(|_| fail())?);
-        if !(1..=count).contains(&index) {
-            return Err(fail());
-        }
-        Ok(Self { index, count })
-    }
-}
-
-impl std::fmt::Display for Shard {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}/{}", self.index, self.count)
-    }
 }
 
 /// All findings, or what a task leaves that was given less than all.

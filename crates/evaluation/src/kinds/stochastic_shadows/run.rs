@@ -26,9 +26,6 @@ use serde::{Deserialize, Serialize};
 /// Names of the classes.
 const CLASSES: [&str; 3] = ["all", "penumbra", "contact"];
 
-/// Lookups of a stochastic map: four texels of each of two planes.
-const PLANE_LOOKUPS: usize = 4;
-
 /// A judged pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
@@ -126,7 +123,7 @@ impl StochasticShadowsExperiment {
             let (stage, mut ledger) = (&stages[number], Ledger::default());
             let scenery = stage.on(false);
             let sight = self.sight(&scenery, self.camera, self.zoom, 0)?;
-            let lit = LitFrame::new(self, &scenery, 0, (self.light[index].of(view)?, &sight))?;
+            let lit = self.lit_frame(&scenery, 0, (self.light[index].of(view)?, &sight))?;
             let stream = ((number * stages.len() + place) * self.light.len() + index) as u64;
             self.judge((stage, &scenery), &lit, (&truth, index, stream), &mut ledger)?;
             Ok(ledger)
@@ -189,7 +186,7 @@ impl StochasticShadowsExperiment {
         let mut firsts: Vec<Vec<Option<f64>>> = vec![Vec::new(); techniques.len()];
         for repetition in [1, 0] {
             let mut traced = Traced::new();
-            for group in lit.groups(&techniques, 2 * stream + repetition, &mut traced)? {
+            for group in lit.groups(&self.filtered(&techniques), 2 * stream + repetition, &mut traced)? {
                 let [scene, view, light] = names.map(String::as_str);
                 for (member, technique) in group.techniques() {
                     let shade = |sample: &Sample| group.shadow(member, self.bias(technique), &sample.seen);
@@ -204,7 +201,7 @@ impl StochasticShadowsExperiment {
                     }
                     let (bits_per_texel, mebibytes) = group.memory(member);
                     let planes = group.planes();
-                    let lookups = PLANE_LOOKUPS * planes.min(2);
+                    let lookups = group.lookups();
                     let cost = Cost { planes, size: group.size(), bits_per_texel, mebibytes, lookups };
                     judged[technique] = Some(of_answers(&samples, answers, Some(&firsts[technique]), cost));
                 }
