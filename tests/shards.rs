@@ -161,13 +161,14 @@ fn kills_full_disks_and_late_files_lose_nothing() {
         kills += 1;
     }
     assert!(kills >= 2, "{kills}");
+    let first = Path::new(parts).join("round-0/shard-0001-of-0002.part");
+    let _ = std::fs::remove_file(&first);
     let twice =
         [0, 1].map(|_| task(&["--round", "0", "--shard", "1/2"]).stdout(Stdio::piped()).spawn().unwrap());
     for child in twice {
         assert!(child.wait_with_output().unwrap().status.success());
     }
     // A full disk: no file may grow beyond 4 KiB, and the signal for that is ignored.
-    let first = Path::new(parts).join("round-0/shard-0001-of-0002.part");
     let before = std::fs::read(&first).unwrap();
     let script = format!(
         "trap '' XFSZ; ulimit -f 4; exec '{}' run '{}' --scale smoke --parts '{parts}' --round 0 --shard 2/2",
