@@ -4,6 +4,7 @@ use super::part::{self, Cost, Part};
 use super::sealed::{foreign, sealed, unsealed};
 use super::{Pieces, Shard};
 use crate::error::EvaluationError;
+use crate::provenance::sha256;
 use crate::run_directory::write_whole;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
@@ -149,11 +150,15 @@ impl Folder<'_> {
         let folder = of_round(self.path, round);
         let fail = |source| EvaluationError::Write { path: folder.clone(), source };
         std::fs::create_dir_all(&folder).map_err(fail)?;
-        let mut text = sealed(&format!("{MAGIC} inputs {inputs} round {round} pieces {}", keys.len()));
+        let mut lines = String::new();
         for key in keys {
             // Keys are numbers.
-            text += &sealed(&serde_json::to_string(key).unwrap_or_default());
+            lines += &serde_json::to_string(key).unwrap_or_default();
+            lines.push('\n');
         }
+        let (count, hash) = (keys.len(), sha256(lines.as_bytes()));
+        let text =
+            sealed(&format!("{MAGIC} inputs {inputs} round {round} pieces {count} sha256 {hash}")) + &lines;
         write_whole(&folder.join(SELECTION), text.as_bytes())
     }
 
@@ -169,27 +174,32 @@ impl Folder<'_> {
         }
         let Ok(text) = std::fs::read_to_string(&path) else { return Ok(None) };
         let fail = |reason: String| EvaluationError::Input { path: path.clone(), reason };
-        let (theirs, count) = selected(&text).ok_or_else(|| fail(format!("line 1 is not `{MAGIC} ...`")))?;
+        let (head, lines) = text.split_once('\n').unwrap_or((&text, ""));
+        let (theirs, count, hash) =
+            selected(head).ok_or_else(|| fail(format!("line 1 is not `{MAGIC} ...`")))?;
         if theirs != inputs {
             return Err(fail(foreign(&theirs, inputs)));
         }
-        let key = |(number, line): (usize, &str)| {
-            let key = unsealed(line).and_then(|key| serde_json::from_str(key).ok());
-            key.ok_or_else(|| fail(format!("line {} is damaged", number + 2)))
-        };
-        let keys: Vec<P::Key> = text.lines().skip(1).enumerate().map(key).collect::<Result<_, _>>()?;
-        if keys.len() != count {
-            return Err(fail(format!("is truncated: {} of {count} pieces are there", keys.len())));
+        if sha256(lines.as_bytes()) != hash {
+            let reason = format!(
+                "is damaged or truncated: {} of {count} lines; select the round again",
+                lines.lines().count()
+            );
+            return Err(fail(reason));
         }
+        let key = |(number, line): (usize, &str)| {
+            serde_json::from_str(line).map_err(|_| fail(format!("line {} is no piece", number + 2)))
+        };
+        let keys: Vec<P::Key> = lines.lines().enumerate().map(key).collect::<Result<_, _>>()?;
         Ok(Some(keys))
     }
 }
 
-/// Inputs and number of pieces of a selection.
-fn selected(text: &str) -> Option<(String, usize)> {
-    let words: Vec<&str> = unsealed(text.lines().next()?)?.strip_prefix(MAGIC)?.split_whitespace().collect();
-    let ["inputs", inputs, "round", _, "pieces", count] = words[..] else { return None };
-    Some((inputs.to_owned(), count.parse().ok()?))
+/// Inputs, number of pieces and hash of their lines, from the first line of a selection.
+fn selected(head: &str) -> Option<(String, usize, String)> {
+    let words: Vec<&str> = unsealed(head)?.strip_prefix(MAGIC)?.split_whitespace().collect();
+    let ["inputs", inputs, "round", _, "pieces", count, "sha256", hash] = words[..] else { return None };
+    Some((inputs.to_owned(), count.parse().ok()?, hash.to_owned()))
 }
 
 /// What the files of a round tell about `shards` shards, without knowing their experiment.
@@ -197,8 +207,8 @@ pub fn round_state(parts: &Path, round: usize, shards: usize) -> RoundState {
     let folder = of_round(parts, round);
     let (mut state, mut inputs) = (RoundState::default(), None);
     if let Ok(text) = std::fs::read_to_string(folder.join(SELECTION)) {
-        match selected(&text) {
-            Some((of, count)) => (inputs, state.selected) = (Some(of), Some(count)),
+        match selected(text.lines().next().unwrap_or_default()) {
+            Some((of, count, _)) => (inputs, state.selected) = (Some(of), Some(count)),
             None => state.faults.push((folder.join(SELECTION), "line 1 is damaged".to_owned())),
         }
     }

@@ -9,6 +9,7 @@ mod deal;
 mod folder;
 mod numbered;
 mod part;
+mod raw;
 mod sealed;
 mod shard;
 mod supply;
@@ -16,6 +17,7 @@ mod supply;
 pub(crate) use checkpoint::FILE;
 pub use folder::{RoundState, ranges, round_state};
 pub(crate) use numbered::numbered;
+pub(crate) use raw::Raw;
 pub use shard::Shard;
 pub(crate) use supply::{supplied, supply};
 

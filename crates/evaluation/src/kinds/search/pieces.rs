@@ -59,7 +59,7 @@ impl Pieces for SearchPieces<'_> {
         let mut rest = keys.to_vec();
         // The card knows the first block only.
         if let Some(card) = self.card.filter(|_| keys.first().is_some_and(|key| key.0 == 0)) {
-            let (served, others) = keys.iter().partition(|key| card.serves(key));
+            let (served, others): (Vec<Key>, Vec<Key>) = keys.iter().partition(|key| card.serves(key));
             on_card(card, &served, &count, keep)?;
             rest = others;
         }
@@ -80,7 +80,7 @@ impl Pieces for SearchPieces<'_> {
 /// Judges candidates on the card, one batch there while the CPU is busy with the one before.
 fn on_card(
     card: &CardSweep<'_>,
-    keys: &Vec<Key>,
+    keys: &[Key],
     count: &(dyn Fn(usize) + Sync),
     keep: Keep<'_, SearchPieces<'_>>,
 ) -> Result<(), EvaluationError> {

@@ -39,10 +39,12 @@ impl SearchExperiment {
 
     /// Runs the search or a part of it.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        let Given { workload, controls, inputs } = self.given(context)?;
+        let Given { workload, solved, inputs } = self.given(context)?;
         let functions = self.functions()?;
-        let sweep = match controls {
-            Some(controls) => Sweep::with(self, &workload, functions.len(), controls),
+        let sweep = match solved {
+            Some((controls, coordinates)) => {
+                Sweep::with(self, &workload, functions.len(), (controls, &coordinates))
+            }
             None => Sweep::new(self, &workload, functions.len())?,
         };
         let is_work = !matches!(context.task, Task::Select { .. });
@@ -117,9 +119,9 @@ impl SearchExperiment {
         /// Bytes of a candidate in checkpoint and table.
         const BYTES: u64 = 400;
         /// Bytes of a program: kernel, its coordinates, starts, errors, and the same once more while they are read.
-        const PROGRAM_BYTES: u64 = 2_000;
+        const PROGRAM_BYTES: u64 = 1_000;
         /// Bytes of everything else.
-        const CODE_BYTES: u64 = 200 << 20;
+        const CODE_BYTES: u64 = 64 << 20;
         Ok(Prediction {
             candidates,
             programs,

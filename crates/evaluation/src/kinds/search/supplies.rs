@@ -8,7 +8,7 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::fragments::ViewRecord;
 use crate::provenance::sha256;
-use crate::shards::{self, Task};
+use crate::shards::{self, Raw, Task};
 use moment_problem::fast_simplex::{FastFragment, SupportDistribution};
 use serde::{Deserialize, Serialize};
 
@@ -29,12 +29,19 @@ struct Common {
 #[derive(Deserialize, Serialize)]
 struct Supply<C> {
     /// By kernel: number of depths.
-    lengths: Vec<u16>,
+    lengths: Raw<u16>,
     /// Indices into the support and weights, kernel after kernel.
-    indices: Vec<u16>,
-    weights: Vec<f64>,
-    /// By fragment: kernel, step, F_Z, view, count, F.
-    fragments: Vec<(u32, u16, f64, u16, u32, f64)>,
+    indices: Raw<u16>,
+    weights: Raw<f64>,
+    /// By fragment.
+    kernels: Raw<u32>,
+    steps: Raw<u16>,
+    masses: Raw<f64>,
+    views: Raw<u16>,
+    counts: Raw<u32>,
+    references: Raw<f64>,
+    /// Of the kernels, as the solver takes them.
+    coordinates: Raw<f64>,
     /// By order.
     controls: Vec<C>,
 }
@@ -43,11 +50,14 @@ fn name(block: usize) -> String {
     format!("{ALL}-block-{block}")
 }
 
+/// Controls by order and block, and coordinates of kernels by block.
+pub(super) type Solved = (Vec<Vec<Control>>, Vec<Vec<f64>>);
+
 /// What a task works with: everything, or what was supplied to it.
 pub(super) struct Given {
     pub(super) workload: Workload,
-    /// By order and block; none where they are to be solved.
-    pub(super) controls: Option<Vec<Vec<Control>>>,
+    /// None where controls are to be solved.
+    pub(super) solved: Option<Solved>,
     /// Stands for program, experiment and workload.
     pub(super) inputs: String,
 }
@@ -74,13 +84,13 @@ impl SearchExperiment {
                 None => None,
             };
             if block.is_none() || supply.is_some() {
-                let (workload, controls) = self.supplied(common, supply)?;
-                return Ok(Given { workload, controls: Some(controls), inputs });
+                let (workload, solved) = self.supplied(common, supply)?;
+                return Ok(Given { workload, solved: Some(solved), inputs });
             }
         }
         let workload = Workload::prepare(self)?;
         let inputs = inputs(&workload.digest());
-        Ok(Given { workload, controls: None, inputs })
+        Ok(Given { workload, solved: None, inputs })
     }
 
     /// Blocks without programs, but for the one that was supplied.
@@ -88,35 +98,37 @@ impl SearchExperiment {
         &self,
         common: Common,
         supply: Option<(usize, Supply<Control>)>,
-    ) -> Result<(Workload, Vec<Vec<Control>>), EvaluationError> {
+    ) -> Result<(Workload, Solved), EvaluationError> {
         let blocks = common.sampled.into_iter().zip(common.idle);
         let mut blocks: Vec<Block> =
             blocks.map(|(sampled, idle)| Block { sampled, idle, ..Block::default() }).collect();
         let mut controls: Vec<Vec<Control>> =
             self.orders.iter().map(|_| blocks.iter().map(|_| Control::default()).collect()).collect();
-        if let Some((number, Supply { lengths, indices, weights, fragments, controls: solved })) = supply
+        let mut coordinates = vec![Vec::new(); blocks.len()];
+        if let Some((number, supply)) = supply
             && let Some(block) = blocks.get_mut(number)
         {
             let mut scratch = Vec::new();
-            let mut depths = indices.iter().zip(&weights);
+            let mut depths = supply.indices.0.iter().zip(&supply.weights.0);
             let cells = self.cells;
-            block.kernels = lengths
-                .iter()
-                .map(|&length| {
-                    let depths = depths.by_ref().take(length.into());
-                    let depths = depths.map(|(&index, &weight)| (f64::from(index) / cells as f64, weight));
-                    SupportDistribution::snapped(depths, cells, &mut scratch)
-                })
-                .collect();
-            for (kernel, step, mass_before, view, count, reference) in fragments {
-                block.fragments.push(FastFragment { kernel, step, mass_before });
-                block.entries.push(Entry { view, count, reference });
-            }
-            for (of_order, control) in controls.iter_mut().zip(solved) {
+            let kernel = |&length: &u16| {
+                let depths = depths.by_ref().take(length.into());
+                let depths = depths.map(|(&index, &weight)| (f64::from(index) / cells as f64, weight));
+                SupportDistribution::snapped(depths, cells, &mut scratch)
+            };
+            block.kernels = supply.lengths.0.iter().map(kernel).collect();
+            let fragments = supply.kernels.0.iter().zip(&supply.steps.0).zip(&supply.masses.0);
+            let fragment = |((&kernel, &step), &mass_before)| FastFragment { kernel, step, mass_before };
+            block.fragments = fragments.map(fragment).collect();
+            let entries = supply.views.0.iter().zip(&supply.counts.0).zip(&supply.references.0);
+            let entry = |((&view, &count), &reference)| Entry { view, count, reference };
+            block.entries = entries.map(entry).collect();
+            coordinates[number] = supply.coordinates.0;
+            for (of_order, control) in controls.iter_mut().zip(supply.controls) {
                 of_order[number] = control;
             }
         }
-        Ok((Workload::without_scenes(self, blocks, common.views)?, controls))
+        Ok((Workload::without_scenes(self, blocks, common.views)?, (controls, coordinates)))
     }
 
     /// Writes down what later tasks need, before the first round.
@@ -130,16 +142,20 @@ impl SearchExperiment {
         };
         for (number, block) in workload.blocks.iter().enumerate() {
             let kernels = || block.kernels.iter();
+            let (fragments, entries) = (|| block.fragments.iter(), || block.entries.iter());
+            let coordinates =
+                sweep.batch(number).map_or_else(Vec::new, |batch| batch.all_coordinates().to_vec());
             let content = Supply {
-                lengths: kernels().map(|kernel| kernel.indices().len() as u16).collect(),
-                indices: kernels().flat_map(SupportDistribution::indices).copied().collect(),
-                weights: kernels().flat_map(SupportDistribution::weights).copied().collect(),
-                fragments: block
-                    .fragments
-                    .iter()
-                    .zip(&block.entries)
-                    .map(|(f, e)| (f.kernel, f.step, f.mass_before, e.view, e.count, e.reference))
-                    .collect(),
+                lengths: Raw(kernels().map(|kernel| kernel.indices().len() as u16).collect()),
+                indices: Raw(kernels().flat_map(SupportDistribution::indices).copied().collect()),
+                weights: Raw(kernels().flat_map(SupportDistribution::weights).copied().collect()),
+                kernels: Raw(fragments().map(|fragment| fragment.kernel).collect()),
+                steps: Raw(fragments().map(|fragment| fragment.step).collect()),
+                masses: Raw(fragments().map(|fragment| fragment.mass_before).collect()),
+                views: Raw(entries().map(|entry| entry.view).collect()),
+                counts: Raw(entries().map(|entry| entry.count).collect()),
+                references: Raw(entries().map(|entry| entry.reference).collect()),
+                coordinates: Raw(coordinates),
                 controls: sweep.controls.iter().filter_map(|of_order| of_order.get(number)).collect(),
             };
             shards::supply(context, &name(number), &content)?;

@@ -102,16 +102,21 @@ impl<'a> Sweep<'a> {
         Ok(Self { experiment, workload, subsets, batches, controls })
     }
 
-    /// With controls that were solved before.
+    /// With controls that were solved and coordinates that were computed before, by block.
     pub(crate) fn with(
         experiment: &'a SearchExperiment,
         workload: &'a Workload,
         members: usize,
-        controls: Vec<Vec<Control>>,
+        (controls, coordinates): (Vec<Vec<Control>>, &[Vec<f64>]),
     ) -> Self {
         let subsets = experiment.orders.iter().map(|&order| Subsets::new(members, order)).collect();
-        let batch = |block: &'a Block| ProgramBatch::new(&workload.span, &block.kernels, &block.fragments);
-        Self { experiment, workload, subsets, batches: workload.blocks.iter().map(batch).collect(), controls }
+        let batch = |(block, given): (&'a Block, &Vec<f64>)| {
+            let (span, Block { kernels, fragments, .. }) = (&workload.span, block);
+            ProgramBatch::with_coordinates(span, kernels, fragments, given)
+                .unwrap_or_else(|| ProgramBatch::new(span, kernels, fragments))
+        };
+        let batches = workload.blocks.iter().zip(coordinates).map(batch).collect();
+        Self { experiment, workload, subsets, batches, controls }
     }
 
     /// The programs of a block.
