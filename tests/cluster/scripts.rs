@@ -17,7 +17,13 @@ pub fn folder(name: &str) -> PathBuf {
 pub fn found(program: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH").unwrap_or_default();
     let places = std::env::split_paths(&path).chain(["/usr/sbin".into(), "/usr/local/sbin".into()]);
-    places.map(|place| place.join(program)).find(|program| program.is_file())
+    let found = places.map(|place| place.join(program)).find(|program| program.is_file())?;
+    // There is another program of this name.
+    let is_meant = || {
+        let version = Command::new(&found).arg("--version").output();
+        version.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains("GNU"))
+    };
+    (program != "parallel" || is_meant()).then_some(found)
 }
 
 pub fn experiment(name: &str) -> PathBuf {
