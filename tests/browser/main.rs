@@ -35,7 +35,9 @@ fn trial(name: &str, test: impl FnOnce(&Path) -> Result<(), Failed> + Send + 'st
         None if std::env::var("MSM_REQUIRE_BROWSER").is_ok_and(|value| value == "1") => {
             Trial::test(name, || Err("MSM_REQUIRE_BROWSER is 1 but chromium is not installed".into()))
         }
-        None => Trial::test(name, || Err("needs chromium".into())).with_ignored_flag(true),
+        None => Trial::test(name, || Err("needs chromium".into()))
+            .with_kind("needs chromium")
+            .with_ignored_flag(true),
     }
 }
 

@@ -101,8 +101,8 @@ impl Experiment {
         Self::parse(path, &source, scale, seed)
     }
 
-    /// The same for the text of a file.
-    pub(crate) fn parse(
+    /// The same for the text of a file, whose path names the experiment and stands in messages.
+    pub fn parse(
         path: &Path,
         source: &str,
         scale: Scale,
