@@ -1,7 +1,6 @@
 //! `msm completions` and `msm man`: what shells and `man` want to know of the arguments.
 
 use crate::outcome::{Failure, print};
-use crate::staging::Staging;
 use anyhow::Context;
 use clap::Command;
 use clap_complete::Shell;
@@ -30,23 +29,12 @@ pub(crate) fn completions(arguments: &Completions, command: &mut Command) -> Res
 }
 
 pub(crate) fn man(arguments: &Man, command: &Command) -> Result<(), Failure> {
-    let page = |command: &Command| -> Result<Vec<u8>, Failure> {
+    let Some(folder) = &arguments.out else {
         let mut bytes = Vec::new();
         clap_mangen::Man::new(command.clone()).render(&mut bytes).context("writing the manual page")?;
-        Ok(bytes)
+        return print(&bytes);
     };
-    let Some(folder) = &arguments.out else { return print(&page(command)?) };
-    let verbs = command.get_subcommands().map(|verb| {
-        let name = format!("msm-{}", verb.get_name());
-        (format!("{name}.1"), verb.clone().name(name.clone()).display_name(name))
-    });
-    let pages: Vec<(String, Command)> = [("msm.1".to_owned(), command.clone())].into_iter().chain(verbs).collect();
-    let names: Vec<String> = pages.iter().map(|(name, _)| name.clone()).collect();
-    let staging = Staging::new(folder, &names)?;
-    for (name, command) in &pages {
-        std::fs::write(staging.path(name), page(command)?).with_context(|| name.clone())?;
-    }
-    let written: Vec<String> =
-        staging.publish(&names)?.iter().map(|path| format!("{}\n", path.display())).collect();
-    print(written.concat().as_bytes())
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    clap_mangen::generate_to(command.clone(), folder).with_context(|| folder.display().to_string())?;
+    print(format!("the manual pages of msm and its commands are in {}\n", folder.display()).as_bytes())
 }

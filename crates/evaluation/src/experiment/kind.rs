@@ -246,7 +246,8 @@ impl Kind {
                         more = [&Statement::KEYS, scenery].concat();
                         reason += &format!(", or of `{}`", more.join("`, `"));
                     }
-                    reason + &nearest(&reason, &more).unwrap_or_default()
+                    let near = nearest(&reason, &more).unwrap_or_default();
+                    reason + &near
                 })?;
                 given.own.check().map_err(|error| error.to_string())?;
                 Ok(Arc::new(given))
