@@ -91,11 +91,12 @@ fn what_is_said_of_soft_shadows_holds_in_the_full_evaluation() {
 #[test]
 fn without_a_light_of_some_size_nothing_is_said_of_soft_shadows() {
     let (advice, _) = advise(&["stairs", "--view", "oblique", "--size", "128"], 0);
-    assert!(advice["soft_shadows"].is_null() && advice["scattering"].is_null() && advice["together"].is_null());
+    assert!(
+        advice["soft_shadows"].is_null() && advice["scattering"].is_null() && advice["together"].is_null()
+    );
     // A lamp in space, by the name of its view or by itself.
     for light in [&["--view", "lamp"][..], &["--light", "rect:0,9,0;1,0,0;0,0,1"]] {
-        let (advice, _) =
-            advise(&[&["stairs", "--size", "128", "--tolerance", "0.4"], light].concat(), 0);
+        let (advice, _) = advise(&[&["stairs", "--size", "128", "--tolerance", "0.4"], light].concat(), 0);
         assert!(advice["soft_shadows"]["recommendation"].is_object(), "{advice}");
     }
 }
@@ -157,8 +158,7 @@ fn an_implementer_is_told_everything() {
 fn pictures_show_what_is_recommended() {
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("pictures");
-    let asked =
-        ["stairs", "--view", "oblique", "--size", "128", "--picture", out.to_str().unwrap()];
+    let asked = ["stairs", "--view", "oblique", "--size", "128", "--picture", out.to_str().unwrap()];
     advise(&asked, 0);
     for name in ["reference.png", "recommended.png", "recommended-difference.png", "comparison.png"] {
         let picture = image::open(out.join(name)).unwrap();

@@ -89,7 +89,8 @@ fn bounds_by_the_million_are_those_of_single_ones() {
     let rows = [[0.4, 0.2, 0.5], [0.4, 0.2, 0.7], [0.4, 0.1, 0.5]];
     std::fs::write(folder.join("in.npy"), npy(&rows)).unwrap();
     let basis = ["bound", "--basis", "power:2", "--interval", "real"];
-    let output = msm(folder, &[&basis[..], &["--batch", "in.npy", "--out", "out.npz", "--format", "json"]].concat());
+    let output =
+        msm(folder, &[&basis[..], &["--batch", "in.npy", "--out", "out.npz", "--format", "json"]].concat());
     assert!(output.status.success(), "{}", text(&output.stderr));
     let answer: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((answer["rows"].as_u64(), answer["failed"].as_u64()), (Some(3), Some(1)), "{answer}");
@@ -164,8 +165,7 @@ fn unknown_keys_name_their_line_and_the_nearest_one() {
 #[test]
 fn too_many_threads_are_capped_with_a_note() {
     let folder = tempfile::tempdir().unwrap();
-    let output =
-        msm(folder.path(), &["run", "lp-agreement", "--scale", "smoke", "--threads", "100000"]);
+    let output = msm(folder.path(), &["run", "lp-agreement", "--scale", "smoke", "--threads", "100000"]);
     let message = text(&output.stderr);
     assert!(output.status.success() && message.contains("100000 threads"), "{message}");
 }

@@ -7,7 +7,8 @@ use crate::progress::Bar;
 use crate::staging::Staging;
 use anyhow::anyhow;
 use evaluation::{
-    Advice, AdviceOptions, Answer, BANDWIDTH, Budget, KernelSpec, Lighting, Measured, MediumSetting, RecordedFile,
+    Advice, AdviceOptions, Answer, BANDWIDTH, Budget, KernelSpec, Lighting, Measured, MediumSetting,
+    RecordedFile,
 };
 use scenes::AreaLight;
 use std::path::PathBuf;

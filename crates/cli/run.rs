@@ -23,6 +23,9 @@ pub(crate) struct Arguments {
     /// Scene to evaluate in place of the experiment's: a procedural name, a .glb, .gltf or .obj file, or a stack of `msm render` (.npz); repeatable.
     #[arg(long = "scene", value_name = "FILE")]
     scenes: Vec<String>,
+    /// Fragments a view in place of the experiment's own number, 0 for all; for single scattering view rays of a camera.
+    #[arg(long, value_name = "N")]
+    fragments: Option<usize>,
     /// Seed in place of the experiment's own.
     #[arg(long)]
     seed: Option<u64>,
@@ -88,6 +91,10 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let experiment = crate::experiments::read(&arguments.experiment, scale, arguments.seed)?
         .with_scenes(&arguments.scenes)
         .and_then(|experiment| if arguments.exhaustive { experiment.exhaustive() } else { Ok(experiment) })?;
+    let experiment = match arguments.fragments {
+        Some(fragments) => experiment.with_fragments(fragments)?,
+        None => experiment,
+    };
     let backend = Backend::from(arguments.backend);
     if arguments.dry_run {
         let prediction = experiment.predict(crate::threads::capped(arguments.threads), backend)?;

@@ -44,9 +44,8 @@ pub fn trials() -> Vec<Trial> {
                 // Shown as ignored; asking for it nevertheless says why it cannot run.
                 let why = format!("{} is not here", path.display());
                 let kind = why.clone();
-                trials.push(
-                    Trial::test(name, move || Err(why.into())).with_kind(kind).with_ignored_flag(true),
-                );
+                trials
+                    .push(Trial::test(name, move || Err(why.into())).with_kind(kind).with_ignored_flag(true));
                 continue;
             }
             let path = path.clone();

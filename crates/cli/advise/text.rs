@@ -1,8 +1,8 @@
 //! The answer of `msm advise` for people.
 
 use evaluation::{
-    Advice, Answer, BiasInView, Choice, Measured, MediumSetting, ScatteringAdvice, ScatteringChoice, SoftChoice,
-    SoftShadowAdvice, Together,
+    Advice, Answer, BiasInView, Choice, Measured, MediumSetting, ScatteringAdvice, ScatteringChoice,
+    SoftChoice, SoftShadowAdvice, Together,
 };
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -106,9 +106,7 @@ pub(super) fn write(out: &mut dyn Write, advice: &Advice, drawn: &[PathBuf]) -> 
     writeln!(out)?;
     heading(out)?;
     nothing(out, advice.nothing.l1_error)?;
-    let row = |choice: &Choice| {
-        (choice.error, choice.cost, choice.cost_ms, choice.map_bytes, name(choice))
-    };
+    let row = |choice: &Choice| (choice.error, choice.cost, choice.cost_ms, choice.map_bytes, name(choice));
     rows(out, &advice.hard, row)?;
     writeln!(out)?;
     writeln!(
@@ -356,9 +354,10 @@ fn together(out: &mut dyn Write, together: &Together) -> io::Result<()> {
         mebibytes(together.bytes_apart)
     )?;
     together.members.iter().try_for_each(|member| writeln!(out, "  {member}"))?;
-    together.shared.iter().try_for_each(|shared| {
-        writeln!(out, "  shared: {}, {:.2} MiB", shared.name, mebibytes(shared.bytes))
-    })
+    together
+        .shared
+        .iter()
+        .try_for_each(|shared| writeln!(out, "  shared: {}, {:.2} MiB", shared.name, mebibytes(shared.bytes)))
 }
 
 /// Shares over all views, each view counting alike.

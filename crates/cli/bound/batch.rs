@@ -184,7 +184,10 @@ mod tests {
 
     #[test]
     fn rows_are_read_and_mistakes_named() {
-        assert_eq!(parse("b1,b2,z\n# no\n0.5, 0.3 ,0.7\n\n1 2 3\n", 3), Ok(vec![0.5, 0.3, 0.7, 1.0, 2.0, 3.0]));
+        assert_eq!(
+            parse("b1,b2,z\n# no\n0.5, 0.3 ,0.7\n\n1 2 3\n", 3),
+            Ok(vec![0.5, 0.3, 0.7, 1.0, 2.0, 3.0])
+        );
         assert!(parse("1,2\n", 3).is_err_and(|reason| reason.contains("line 1: 2 numbers")));
         assert!(parse("1,2,3\na,b,c\n", 3).is_err_and(|reason| reason.contains("line 2")));
         assert!(parse("1,x,3\n", 3).is_err_and(|reason| reason.contains("line 1")));

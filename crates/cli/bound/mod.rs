@@ -102,7 +102,8 @@ fn rounding(moments: &[f64], certificate: &Certificate) -> f64 {
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let (basis, interval) = (&arguments.basis, arguments.interval);
     if let Some(batch) = &arguments.batch {
-        let method = method(basis, interval, arguments.solver).map_err(|error| Failure::Input(error.into()))?;
+        let method =
+            method(basis, interval, arguments.solver).map_err(|error| Failure::Input(error.into()))?;
         return batch::execute((batch, arguments.out.as_deref()), &method, arguments.output);
     }
     let input = Input::parse(arguments.atoms.as_deref(), arguments.moments.as_deref())?;

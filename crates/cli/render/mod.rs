@@ -204,7 +204,9 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::Input(anyhow!("--fit casters: the light `{}` is not the sun", light.light)));
         }
     };
-    if let (BackendName::Gpu, Ok((_, RenderReport { adapter: None, fallback, .. }))) = (arguments.backend, &rendered) {
+    if let (BackendName::Gpu, Ok((_, RenderReport { adapter: None, fallback, .. }))) =
+        (arguments.backend, &rendered)
+    {
         let reason = fallback.as_deref().unwrap_or("none was found");
         return Err(Failure::Failed(anyhow!("--backend gpu: no graphics adapter: {reason}")));
     }

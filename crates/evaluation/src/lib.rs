@@ -20,8 +20,9 @@ mod statistics;
 mod timing;
 
 pub use advice::{
-    Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, Definitions, Measured, Nothing, NothingSoft,
-    ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice, SoftShadowAdvice, Together,
+    Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, Definitions, Measured, Nothing,
+    NothingSoft, ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice,
+    SoftShadowAdvice, Together,
 };
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
@@ -51,13 +52,13 @@ pub use kinds::single_scattering::{
 };
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,
-    ReconstructionPoint, SearchTexel, SoftAdvice, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment,
-    SoftTechnique, SoftViewRecord, Sweep, SweepRecord, SweepValues,
+    ReconstructionPoint, SearchTexel, SoftAdvice, SoftPicture, SoftPictureRecord, SoftRecord,
+    SoftShadowsExperiment, SoftTechnique, SoftViewRecord, Sweep, SweepRecord, SweepValues,
 };
 pub use kinds::speed_accuracy::{
-    Blend, COMPARED_FRAME, CandidateSetting, ComparisonSetting,
-    EveryViewSetting, FrameRoute, FrameSample, FrameSetting, FrameTiming, OrderSetting, OrderShare,
-    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
+    Blend, COMPARED_FRAME, CandidateSetting, ComparisonSetting, EveryViewSetting, FrameRoute, FrameSample,
+    FrameSetting, FrameTiming, OrderSetting, OrderShare, PictureSetting, SpeedAccuracyExperiment,
+    SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,

@@ -161,9 +161,8 @@ pub fn lit_by(
         (_, _) if views.is_empty() => Err(ViewError::None),
         (None, _) => Ok(views),
         (Some(light), _) => {
-            let along = |view: LightView| {
-                LightView::new(format!("{} {light}", view.name), light, view.direction)
-            };
+            let along =
+                |view: LightView| LightView::new(format!("{} {light}", view.name), light, view.direction);
             Ok(views.into_iter().map(along).collect())
         }
     }

@@ -32,7 +32,7 @@ fn main() -> ExitCode {
         })
         .with_kind(absent(missing))
         .with_kind(absent(missing))
-    .with_ignored_flag(missing)
+        .with_ignored_flag(missing)
     });
     let mut trials: Vec<Trial> = trials.into();
     for (file, size, triangles) in CASES {

@@ -106,8 +106,7 @@ impl<'a> HardCourse<'a> {
         }
         costs.check(budget, "hard shadows", entries.is_empty())?;
         entries.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-        let shuffled =
-            shuffled(views.iter().map(|view| view.receivers.len()), plan.experiment.scenery.seed);
+        let shuffled = shuffled(views.iter().map(|view| view.receivers.len()), plan.experiment.scenery.seed);
         let of_view = |view: &SceneView| {
             let all: Vec<u32> = (0..view.receivers.len() as u32).collect();
             plan.reference(view, &all)

@@ -26,9 +26,7 @@ use crate::experiment::{Experiment, Scale};
 use crate::fragments::{Lighting, LoadedScene};
 use crate::kinds::single_scattering::{MediumSetting, SingleScatteringExperiment};
 use crate::kinds::soft_shadows::SoftShadowsExperiment;
-use crate::kinds::speed_accuracy::{
-    OrderShare, SceneView, SpeedAccuracyExperiment, SpeedPlan, needed,
-};
+use crate::kinds::speed_accuracy::{OrderShare, SceneView, SpeedAccuracyExperiment, SpeedPlan, needed};
 use crate::run::{Progress, pool};
 use crate::run_directory::RecordedFile;
 use hard::HardCourse;
@@ -334,22 +332,12 @@ fn scattering(
         let least = nothing.max(f64::MIN_POSITIVE);
         sets.push(members(&race, &arms, |arm| race.course.member(arm)));
         let answer = arms.map(|arm| scattering::choice(&race, arm, least, unit));
-        Ok(Some(ScatteringAdvice {
-            medium,
-            views: rays.names(),
-            rays: rays.counts().sum(),
-            nothing,
-            answer,
-        }))
+        Ok(Some(ScatteringAdvice { medium, views: rays.names(), rays: rays.counts().sum(), nothing, answer }))
     })
 }
 
 /// The recommended candidate and the near ties that are good enough, too.
-fn members<C: Course>(
-    race: &Race<C>,
-    arms: &Answer<usize>,
-    member: impl Fn(usize) -> Member,
-) -> Vec<Member> {
+fn members<C: Course>(race: &Race<C>, arms: &Answer<usize>, member: impl Fn(usize) -> Member) -> Vec<Member> {
     let limit = arms.tolerance;
     let near = arms.near_ties.iter().filter(|&&arm| race.standing(arm, limit) == Standing::Meets);
     arms.recommendation.iter().chain(near).map(|&arm| member(arm)).collect()

@@ -151,9 +151,8 @@ fn better_than<C: Course>(
 ) -> Result<Option<usize>, EvaluationError> {
     let error = race.error(winner).error;
     let errs_less = |race: &Race<C>, arm: usize, share: f64| race.error(arm).error < share * error;
-    let clearly = settled(race, shown, |race| {
-        (winner + 1..race.arms.len()).find(|&arm| errs_less(race, arm, BETTER))
-    })?;
+    let clearly =
+        settled(race, shown, |race| (winner + 1..race.arms.len()).find(|&arm| errs_less(race, arm, BETTER)))?;
     if clearly.is_some() {
         return Ok(clearly);
     }
@@ -170,9 +169,8 @@ fn near_ties<C: Course>(
 ) -> Result<Vec<usize>, EvaluationError> {
     let cost = race.arms[winner].cost;
     let within = |a: f64, b: f64, factor: f64| a <= factor * b && b <= factor * a;
-    let is_near = |race: &Race<C>, arm: usize| {
-        within(race.error(arm).error, race.error(winner).error, NEAR_ERROR)
-    };
+    let is_near =
+        |race: &Race<C>, arm: usize| within(race.error(arm).error, race.error(winner).error, NEAR_ERROR);
     let mut near = Vec::new();
     for arm in (0..race.arms.len()).filter(|&arm| arm != winner) {
         if within(race.arms[arm].cost, cost, NEAR_COST) && is_near(race, arm) {

@@ -206,8 +206,7 @@ impl<'a> SoftCourse<'a> {
             let scale = f64::from(self.divisors[0]);
             let fragment = self.fragment(scene, receiver, &self.experiment.bias[0], scale);
             let search = BlockerSearch::percentage_closer();
-            let blockers =
-                percentage_closer_blockers(scene.maps[0].as_ref()?, penumbra, &search, &fragment);
+            let blockers = percentage_closer_blockers(scene.maps[0].as_ref()?, penumbra, &search, &fragment);
             let has_blockers = blockers.mass > 0.0;
             Some(Texels {
                 search: penumbra.search(fragment.depth).map(|width| width * scale),
@@ -253,13 +252,8 @@ impl<'a> SoftCourse<'a> {
             let surface = surface(&self.triangles, &view.frame, receiver, at)?;
             let stream = u64::from(number) << 32 | u64::from(index);
             let Surface { position, triangle } = surface;
-            let found = self.truth.occluded_fraction(
-                &self.triangles,
-                &view.light,
-                position,
-                Some(triangle),
-                stream,
-            );
+            let found =
+                self.truth.occluded_fraction(&self.triangles, &view.light, position, Some(triangle), stream);
             Some((Known { surface, truth: found.fraction as f32 }, found.standard_error))
         };
         let found: Vec<_> = (from..upto).into_par_iter().map(one).collect();

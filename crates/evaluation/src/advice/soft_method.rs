@@ -22,9 +22,14 @@ pub(super) struct Texels {
 
 /// A method.
 pub(super) enum SoftCandidate {
-    Method { name: String, setting: Box<MethodSetting> },
+    Method {
+        name: String,
+        setting: Box<MethodSetting>,
+    },
     /// Percentage-closer soft shadows with so many taps for search and filter each.
-    Taps { taps: PoissonTaps },
+    Taps {
+        taps: PoissonTaps,
+    },
 }
 
 /// A method on a map.

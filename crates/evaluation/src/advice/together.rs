@@ -101,7 +101,11 @@ pub(super) fn cheapest(applications: &[Vec<Member>], unit: f64, budget: &Budget)
     let uses = |name: &str| all().filter(|shared| shared.name == name).count();
     Some(Together {
         members: set.iter().map(|member| format!("{}: {}", member.application, member.name)).collect(),
-        shared: distinct.iter().filter(|shared| uses(&shared.name) > 1).map(|&shared| shared.clone()).collect(),
+        shared: distinct
+            .iter()
+            .filter(|shared| uses(&shared.name) > 1)
+            .map(|&shared| shared.clone())
+            .collect(),
         cost: cost / unit,
         cost_ms: budget.milliseconds(cost),
         cost_apart: set.iter().map(|member| member.cost).sum::<f64>() / unit,

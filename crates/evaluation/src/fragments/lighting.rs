@@ -17,11 +17,7 @@ pub struct Lighting {
 }
 
 impl Lighting {
-    fn of_scene(
-        &self,
-        own: Vec<LightView>,
-        origin: [f64; 3],
-    ) -> Result<Vec<LightView>, LightingError> {
+    fn of_scene(&self, own: Vec<LightView>, origin: [f64; 3]) -> Result<Vec<LightView>, LightingError> {
         let known = match &self.file {
             None => own,
             Some(path) => {
@@ -36,9 +32,7 @@ impl Lighting {
             // Views of a file were written down to be looked at.
             [] if self.file.is_some() => known,
             [] => known.into_iter().filter(|view| !view.light.has_extent()).collect(),
-            wanted => {
-                wanted.iter().map(|wanted| find_view(&known, wanted)).collect::<Result<Vec<_>, _>>()?
-            }
+            wanted => wanted.iter().map(|wanted| find_view(&known, wanted)).collect::<Result<Vec<_>, _>>()?,
         };
         Ok(lit_by(self.light, views, self.views.first().map(String::as_str), origin)?)
     }

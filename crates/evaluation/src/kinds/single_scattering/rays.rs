@@ -50,9 +50,8 @@ impl SingleScatteringExperiment {
             noise: BlueNoise::new(self.scenery.seed),
             nets: self.truth.nets(self.scenery.seed)?,
         };
-        let lit = |light| {
-            LitScene::new(loaded, &scene, light, (self.scenery.size, &plan.kernel, &plan.source))
-        };
+        let lit =
+            |light| LitScene::new(loaded, &scene, light, (self.scenery.size, &plan.kernel, &plan.source));
         let lights: Vec<LitScene<'_>> = scene.lights.iter().map(lit).collect::<Result<_, _>>()?;
         let all: Vec<usize> = (0..self.technique.len()).collect();
         let mut shots = Vec::new();
