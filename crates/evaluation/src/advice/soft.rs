@@ -181,6 +181,14 @@ impl<'a> SoftCourse<'a> {
                 }
                 let side = self.side(scale);
                 let (cost, samples) = candidate.cost(frame, side, &texels, f64::from(scale));
+                // A width that the light never asks for limits nothing: the method without it is there already.
+                let is_same = |entry: &Entry| {
+                    let other = &self.candidates[entry.candidate];
+                    entry.divisor == divisor && entry.samples == samples && other.moments() == 0
+                };
+                if candidate.moments() == 0 && self.entries.iter().any(is_same) {
+                    continue;
+                }
                 if costs.admits(budget, cost.total(), candidate.map_bytes(side)) {
                     self.entries.push(Entry { candidate: index, divisor, cost: cost.total(), samples });
                 }
