@@ -34,11 +34,15 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
             sections += &explorer(&page.run, part)?;
         }
         let mut heading = String::new();
+        // A part within a part that is not there is a part itself: no level is skipped.
+        let mut has_parts = false;
         for part in page.content.body.iter().chain(&page.origin()) {
-            if let Block::Heading(_, text) = part {
+            if let Block::Heading(level, text) = part {
                 heading.clone_from(text);
+                has_parts |= *level == 2;
             }
             sections += &match part {
+                Block::Heading(_, text) if !has_parts => block(&page.run, &Block::heading(2, text))?,
                 Block::Table(of) if of.rows.len() > FOLDED_ROWS => folded(of, &heading),
                 Block::Heading(..)
                 | Block::Paragraph(_)
