@@ -8,6 +8,25 @@ fn output(program: &str, arguments: &[&str]) -> Option<String> {
     output.status.success().then(|| text.trim().to_owned())
 }
 
+/// The list of all experiments with their texts, for the binary to bring along.
+fn embed_experiments() {
+    println!("cargo::rerun-if-changed=experiments");
+    let root = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_default();
+    let folder = std::path::Path::new(&root).join("experiments");
+    let entries = std::fs::read_dir(&folder).into_iter().flatten().flatten();
+    let mut files: Vec<_> = entries.map(|entry| entry.path()).collect();
+    files.retain(|path| path.extension().is_some_and(|extension| extension == "toml"));
+    files.sort();
+    let lines = files.iter().filter_map(|path| {
+        let (name, path) = (path.file_stem()?.to_str()?, path.to_str()?);
+        Some(format!("({name:?}, include_str!({path:?})),\n"))
+    });
+    let list = format!("&[\n{}]", lines.collect::<String>());
+    let out = std::env::var("OUT_DIR").unwrap_or_default();
+    let written = std::fs::write(std::path::Path::new(&out).join("experiments.rs"), list);
+    written.unwrap_or_else(|error| panic!("the list of experiments cannot be written to {out}: {error}"));
+}
+
 fn main() {
     const SOURCES: [&str; 4] = ["crates", "build.rs", "Cargo.toml", "Cargo.lock"];
     for path in SOURCES {
@@ -27,6 +46,7 @@ fn main() {
     };
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let version = output(&rustc, &["--version"]).unwrap_or_else(|| "unknown".to_owned());
+    embed_experiments();
     println!("cargo::rustc-env=MSM_COMMIT={commit}");
     println!("cargo::rustc-env=MSM_DIRTY={dirty}");
     println!("cargo::rustc-env=MSM_RUSTC={version}");

@@ -23,6 +23,7 @@ fn main() -> ExitCode {
             compare(case, &path);
             Ok(())
         })
+        .with_kind(if folder.is_dir() { "" } else { "needs other programs' outputs" })
         .with_ignored_flag(!folder.is_dir())
     });
     libtest_mimic::run(&Arguments::from_args(), trials.collect()).exit_code()

@@ -1,32 +1,71 @@
-//! `msm advise`: the cheapest filterable shadow map that is good enough for a scene.
+//! `msm advise`: the cheapest shadow maps that are good enough for a scene.
+
+mod text;
 
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
+use crate::staging::Staging;
 use anyhow::anyhow;
-use evaluation::{Advice, AdviceOptions, Choice};
-use std::io::{self, Write};
+use evaluation::{
+    Advice, AdviceOptions, Answer, BANDWIDTH, Budget, KernelSpec, Lighting, Measured, MediumSetting,
+    RecordedFile,
+};
+use scenes::AreaLight;
 use std::path::PathBuf;
 
 /// Find the cheapest technique, format, bias and map size whose error on a scene is within a tolerance.
+///
+/// Hard shadows are always answered; soft shadows where a light has some size. Exit code 3 where nothing meets the tolerance.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// A procedural scene (stairs, village, grove, hall), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
     scene: String,
-    /// Largest mean distance from percentage-closer filtering that is accepted, between 0 and 1.
-    #[arg(long, default_value_t = 0.02, allow_negative_numbers = true)]
-    tolerance: f64,
+    /// Largest mean error that is accepted, between 0 and 1. Without it 1.25 times what the most accurate technique reaches,
+    /// one step of an 8-bit display at least.
+    #[arg(long, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
     /// Largest error that is accepted relative to that of calling every fragment lit, between 0 and 1.
     #[arg(long, default_value_t = 0.5, allow_negative_numbers = true)]
     relative: f64,
-    /// View of the scene; repeatable. Without it all of them count alike, fragment by fragment.
-    #[arg(long = "view", value_name = "NAME")]
-    views: Vec<String>,
+    /// Most milliseconds of a frame, as modelled for a card of --bandwidth. With a budget and no tolerance the most accurate
+    /// within it is recommended.
+    #[arg(long, value_name = "MS", allow_negative_numbers = true)]
+    budget_ms: Option<f64>,
+    /// Most bytes of the filtered map or table.
+    #[arg(long, value_name = "BYTES")]
+    budget_bytes: Option<u64>,
+    /// Memory traffic of the card in GB/s, by which modelled costs become milliseconds; that of a GTX 780 without.
+    #[arg(long, value_name = "GB/S", default_value_t = BANDWIDTH, allow_negative_numbers = true)]
+    bandwidth: f64,
+    /// View of the scene by name, or a direction in which light travels; repeatable. Without it all views count alike whose
+    /// light has no extent, fragment by fragment.
+    #[arg(long = "view", value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
+    view: Vec<String>,
+    /// Light views in place of the scene's own: a TOML file of `view` tables with name, direction and light.
+    #[arg(long, value_name = "FILE.toml")]
+    views: Option<PathBuf>,
+    /// A light of some size in place of the views': sun:DEGREES or sun:AxB along each view, or in space rect:CENTRE;U;V or
+    /// disc:CENTRE;U;V with the half axes U and V, shining along U x V; vectors are x,y,z.
+    #[arg(long, value_name = "LIGHT", allow_hyphen_values = true)]
+    light: Option<AreaLight>,
     /// Side of the shadow map that percentage-closer filtering uses; techniques may use a half or a quarter of it.
     #[arg(long)]
     size: Option<u32>,
+    /// Filter of hard shadows: gaussian:SIZE:SIGMA, box:SIZE or binomial:SIZE, in texels of a map of full size. Without it
+    /// that of the candidates' experiment, gaussian:9:2.4.
+    #[arg(long, value_name = "KERNEL")]
+    kernel: Option<KernelSpec>,
+    /// A medium that scatters light: its extinction over half the diagonal of the scene, and if they are not 0.9 and 0.3, its
+    /// albedo and the g of Henyey and Greenstein.
+    #[arg(long, value_name = "EXTINCTION[,ALBEDO[,G]]", value_parser = parse_medium, allow_hyphen_values = true)]
+    medium: Option<MediumSetting>,
     /// Experiment of kind speed-accuracy whose candidates are considered, in place of the built-in ones.
     #[arg(long, value_name = "FILE.toml")]
     candidates: Option<PathBuf>,
+    /// Folder for pictures of the first view at 1920x1080: reference, recommended, next cheaper, differences, and all of them
+    /// with the worst parts magnified.
+    #[arg(long, value_name = "DIR")]
+    picture: Option<PathBuf>,
     /// Seed of the sample.
     #[arg(long)]
     seed: Option<u64>,
@@ -37,193 +76,133 @@ pub(crate) struct Arguments {
     output: Output,
 }
 
+/// As in the experiment `single-scattering`.
+const ALBEDO: f64 = 0.9;
+const ANISOTROPY: f64 = 0.3;
+
+fn parse_medium(text: &str) -> Result<MediumSetting, String> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse::<f64>()).collect();
+    let (extinction, albedo, anisotropy) = match numbers.as_deref() {
+        Ok(&[extinction]) => (extinction, ALBEDO, ANISOTROPY),
+        Ok(&[extinction, albedo]) => (extinction, albedo, ANISOTROPY),
+        Ok(&[extinction, albedo, anisotropy]) => (extinction, albedo, anisotropy),
+        Ok(_) | Err(_) => return Err("expected EXTINCTION[,ALBEDO[,G]]".to_owned()),
+    };
+    Ok(MediumSetting { extinction, albedo, anisotropy })
+}
+
 /// Races, then says what was found.
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let bar = Bar::new("candidates");
     let progress = |done: usize, all: usize| bar.set(done, all);
     let options = AdviceOptions {
         scene: &arguments.scene,
-        views: &arguments.views,
+        lighting: Lighting {
+            views: arguments.view.clone(),
+            file: arguments.views.clone(),
+            light: arguments.light,
+        },
         tolerance: arguments.tolerance,
         relative: arguments.relative,
+        budget: Budget {
+            milliseconds: arguments.budget_ms,
+            bytes: arguments.budget_bytes,
+            bandwidth: arguments.bandwidth,
+        },
         size: arguments.size,
+        kernel: arguments.kernel,
         seed: arguments.seed,
         candidates: arguments.candidates.as_deref(),
+        medium: arguments.medium,
+        pictures: arguments.picture.is_some(),
         progress: &progress,
     };
-    let advice = Advice::seek_on(&options, arguments.threads)?;
+    let (advice, pictures) = Advice::seek_on(&options, crate::threads::capped(arguments.threads))?;
     bar.finish();
-    arguments.output.emit(&advice, |out| write_advice(out, &advice))?;
-    if advice.recommendation.is_none() {
-        return Err(Failure::Input(refusal(&advice)));
-    }
-    Ok(())
-}
-
-/// Why nothing is recommended.
-fn refusal(advice: &Advice) -> anyhow::Error {
-    let Advice { scene, nothing, tolerance, relative, .. } = advice;
-    let map = map(advice);
-    let Some(best) = advice.next_better.as_ref().map(describe) else {
-        return anyhow!(
-            "nothing on `{scene}` is in shadow on {map}: all {} fragments are lit, and no technique does better than \
-             no shadows at all",
-            advice.fragments
-        );
+    let drawn = match &arguments.picture {
+        Some(folder) => publish(folder, &pictures)?,
+        None => Vec::new(),
     };
-    anyhow!(
-        "tolerance {tolerance} and {relative} of doing nothing, which errs by {}: nothing meets it on `{scene}` on \
-         {map}; the best is {best}",
-        fraction(nothing.l1_error)
-    )
+    arguments.output.emit(&advice, |out| text::write(out, &advice, &drawn))?;
+    refused(&advice)
 }
 
-/// Four digits behind the point, or two digits of what these do not show.
-fn fraction(value: f64) -> String {
-    /// Ten units of the last digit behind the point.
-    const SMALL: f64 = 1e-3;
-    if value == 0.0 || value >= SMALL { format!("{value:.4}") } else { format!("{value:.1e}") }
-}
-
-/// The reference's map, with the size of what it can show.
-fn map(advice: &Advice) -> String {
-    let size = advice.reference_size;
-    let texel = advice.nothing.texel_side.map(|side| format!(" with texels of {side:.3} units"));
-    format!("a {size}x{size} map{}", texel.unwrap_or_default())
-}
-
-fn write_advice(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
-    writeln!(
-        out,
-        "{}, {} view{}, {} fragments, {:.3} % of them in shadow; reference: PCF on {}, tolerance {}",
-        advice.scene,
-        advice.views.len(),
-        if advice.views.len() == 1 { "" } else { "s" },
-        advice.fragments,
-        100.0 * advice.nothing.shadowed_share,
-        map(advice),
-        advice.tolerance,
-    )?;
-    writeln!(out)?;
-    writeln!(out, "                 error   interval           relative   cost    map")?;
-    let nothing = fraction(advice.nothing.l1_error);
-    writeln!(
-        out,
-        "do nothing     {nothing:>7}   {nothing:>6} to {nothing:>6}      1.000   0.000    0.00 MiB  every fragment is lit"
-    )?;
-    let sought = advice.recommendation.is_some();
-    for (title, choice, none) in [
-        ("use", &advice.recommendation, "none meets the tolerance and is clearly better than doing nothing"),
-        ("next cheaper", &advice.next_cheaper, if sought { "none is cheaper" } else { "not sought" }),
-        ("next better", &advice.next_better, "none of the costlier ones erred less"),
-    ] {
-        match choice {
-            Some(choice) => write_choice(out, title, choice)?,
-            None => writeln!(out, "{title:<14}  {none}")?,
-        }
+/// Writes the pictures, all or none; their paths.
+fn publish(folder: &std::path::Path, pictures: &[RecordedFile]) -> Result<Vec<PathBuf>, Failure> {
+    if pictures.is_empty() {
+        return Ok(Vec::new());
     }
-    writeln!(out)?;
-    writeln!(
-        out,
-        "error: mean distance from PCF, lower is better; all intervals hold with probability {}",
-        advice.confidence
-    )?;
-    if let (Some(used), Some(better)) = (&advice.recommendation, &advice.next_better)
-        && better.l1_error_high >= used.l1_error_low
-    {
-        writeln!(
-            out,
-            "next better: by the fragments seen; its interval and that of the recommended one overlap"
-        )?;
+    let names: Vec<String> = pictures.iter().map(|file| file.name.clone()).collect();
+    let staging = Staging::new(folder, &names)?;
+    for file in pictures {
+        evaluation::write_whole(&staging.path(&file.name), &file.bytes)?;
     }
-    writeln!(
-        out,
-        "relative: error over that of doing nothing, which ground in the light does not dilute; at most {} is recommended",
-        advice.relative
-    )?;
-    writeln!(out, "cost: modelled memory traffic and arithmetic of a frame, VSM in f32 at full size is 1")?;
-    writeln!(
-        out,
-        "raced {} combinations with {:.1} % of the work of evaluating all on all fragments",
-        advice.candidates,
-        100.0 * advice.evaluated_share
-    )?;
-    write_needs(out, advice)
+    Ok(staging.publish(&names)?)
 }
 
-fn write_choice(out: &mut dyn Write, title: &str, choice: &Choice) -> io::Result<()> {
-    writeln!(
-        out,
-        "{title:<14} {:>7}   {:>6} to {:>6}   {:>8.3}  {:>6.3}  {:>6.2} MiB  {}",
-        fraction(choice.l1_error),
-        fraction(choice.l1_error_low),
-        fraction(choice.l1_error_high),
-        choice.relative_error,
-        choice.cost,
-        choice.map_bytes as f64 / f64::from(1 << 20),
-        name(choice),
-    )
-}
-
-fn name(choice: &Choice) -> String {
-    let alpha = choice.alpha.map(|alpha| format!(", alpha {alpha:e}")).unwrap_or_default();
-    let mut blend = String::new();
-    if choice.beta > 0.0 {
-        blend += &format!(", beta {}", choice.beta);
+/// Why nothing is recommended, if nothing is.
+fn refused(advice: &Advice) -> Result<(), Failure> {
+    if advice.nothing.shadowed_share == 0.0 {
+        return Err(Failure::Input(anyhow!(
+            "nothing on `{}` is in shadow on {}: all {} fragments are lit, and no technique does better than no shadows at \
+             all",
+            advice.scene,
+            text::map(advice),
+            advice.fragments
+        )));
     }
-    if choice.leak_reduction > 0.0 {
-        blend += &format!(", leak reduction {}", choice.leak_reduction);
+    let hard = &advice.hard;
+    if hard.recommendation.is_none() {
+        let best = hard.next_better.as_ref().map(text::describe).unwrap_or_default();
+        return Err(Failure::Unmet(anyhow!(
+            "{}: nothing meets it on `{}` on {}; the best is {best}",
+            limits(hard, advice.nothing.l1_error),
+            advice.scene,
+            text::map(advice),
+        )));
     }
-    format!(
-        "{} in {}{alpha}, {size}x{size}, kernel {kernel}x{kernel}, bias {} texels + {} slopes{blend}",
-        choice.technique,
-        choice.format,
-        choice.bias_texels,
-        choice.bias_slopes,
-        size = choice.size,
-        kernel = choice.kernel_size,
-    )
-}
-
-/// For one line.
-fn describe(choice: &Choice) -> String {
-    format!(
-        "{} with {} ({} to {}), {:.2} of doing nothing",
-        name(choice),
-        fraction(choice.l1_error),
-        fraction(choice.l1_error_low),
-        fraction(choice.l1_error_high),
-        choice.relative_error
-    )
-}
-
-/// Shares over all views, each view counting alike.
-fn write_needs(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
-    let shares = || advice.needs.iter();
-    let mut groups: Vec<(&str, f64)> = Vec::new();
-    for share in shares() {
-        if !groups.contains(&(share.by.as_str(), share.tolerance)) {
-            groups.push((&share.by, share.tolerance));
-        }
+    if let Some(soft) = &advice.soft_shadows {
+        let name = |choice: &_| (text::soft_name(choice), choice.error);
+        met(advice, ("soft shadows", soft.nothing.l1_error), &soft.answer, name)?;
     }
-    writeln!(out)?;
-    for (by, tolerance) in groups {
-        let mut totals: Vec<(&str, f64)> = Vec::new();
-        for share in shares().filter(|share| share.by == by && share.tolerance == tolerance) {
-            match totals.iter_mut().find(|(needs, _)| *needs == share.needs) {
-                Some((_, total)) => *total += share.share,
-                None => totals.push((&share.needs, share.share)),
-            }
-        }
-        let views = advice.views.len().max(1) as f64;
-        let list: Vec<String> =
-            totals.iter().map(|(needs, total)| format!("{needs}: {:.0} %", 100.0 * total / views)).collect();
-        let what = match by {
-            "rank" => format!("surfaces in a kernel (rank at {tolerance:e})"),
-            "gap" => format!("moments for bounds closer than {tolerance}"),
-            _ => format!("moments that lose less than {tolerance} to PCF"),
-        };
-        writeln!(out, "{what:<40} {}", list.join(", "))?;
+    if let Some(scattering) = &advice.scattering {
+        let name = |choice: &_| (text::scattering_name(choice), choice.error);
+        met(advice, ("single scattering", scattering.nothing), &scattering.answer, name)?;
     }
     Ok(())
+}
+
+/// Complains where an application other than hard shadows has something to do and no way to do it.
+fn met<C>(
+    advice: &Advice,
+    (application, nothing): (&str, f64),
+    answer: &Answer<C>,
+    name: impl Fn(&C) -> (String, Measured),
+) -> Result<(), Failure> {
+    let (None, Some(best)) = (&answer.recommendation, &answer.next_better) else { return Ok(()) };
+    let (name, error) = name(best);
+    Err(Failure::Unmet(anyhow!(
+        "{application}: {}: nothing meets it on `{}`; the best is {name} with {}",
+        limits(answer, nothing),
+        advice.scene,
+        text::interval(&error)
+    )))
+}
+
+/// What was asked, and what would be met.
+fn limits<C>(answer: &Answer<C>, nothing: f64) -> String {
+    let reachable = answer.reachable.unwrap_or(1.0);
+    // Rounded up, so that what is said is met.
+    let met = (reachable * 1e4).ceil() / 1e4;
+    let would = if reachable <= answer.relative * nothing {
+        format!("--tolerance {met} would be met")
+    } else {
+        format!("no technique errs by less than {} of doing nothing", answer.relative)
+    };
+    format!(
+        "tolerance {} and {} of doing nothing, which errs by {} ({would})",
+        text::fraction(answer.tolerance),
+        answer.relative,
+        text::fraction(nothing)
+    )
 }

@@ -4,6 +4,9 @@ mod advise;
 mod backend;
 mod bound;
 mod cluster;
+mod experiments;
+mod interrupt;
+mod manual;
 mod outcome;
 mod progress;
 mod quantize;
@@ -13,8 +16,9 @@ mod reproduce;
 mod run;
 mod staging;
 mod storage;
+mod threads;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use outcome::Failure;
 use std::process::ExitCode;
 
@@ -37,6 +41,8 @@ enum Verb {
     Cluster(cluster::Arguments),
     Report(report::Arguments),
     Reproduce(reproduce::Arguments),
+    Completions(manual::Completions),
+    Man(manual::Man),
 }
 
 impl Verb {
@@ -50,11 +56,24 @@ impl Verb {
             Self::Cluster(arguments) => cluster::execute(arguments),
             Self::Report(arguments) => report::execute(arguments),
             Self::Reproduce(arguments) => reproduce::execute(arguments),
+            Self::Completions(arguments) => manual::completions(arguments, &mut Arguments::command()),
+            Self::Man(arguments) => manual::man(arguments, &Arguments::command()),
         }
     }
 }
 
+/// Drivers of Mesa complain on standard error where the variable that names a user's socket folder is missing, although
+/// nothing is shown on a screen.
+fn quieten_drivers() {
+    const SOCKETS: &str = "XDG_RUNTIME_DIR";
+    if std::env::var_os(SOCKETS).is_none() {
+        // SAFETY: the first thing that the program does; no other thread reads the environment.
+        unsafe { std::env::set_var(SOCKETS, std::env::temp_dir()) };
+    }
+}
+
 fn main() -> ExitCode {
+    quieten_drivers();
     match Arguments::try_parse() {
         Ok(arguments) => outcome::exit_code(arguments.verb.execute()),
         Err(error) => outcome::usage(&error),

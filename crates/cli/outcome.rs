@@ -42,12 +42,17 @@ impl Output {
                 bytes.push(b'\n');
             }
         }
-        let mut stdout = io::stdout().lock();
-        match stdout.write_all(&bytes).and_then(|()| stdout.flush()) {
-            // The reader has seen enough, as in `msm ... | head`.
-            Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-            written => Ok(written.context("standard output")?),
-        }
+        print(&bytes)
+    }
+}
+
+/// Bytes to standard output.
+pub(crate) fn print(bytes: &[u8]) -> Result<(), Failure> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
+        // The reader has seen enough, as in `msm ... | head`.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => Ok(written.context("standard output")?),
     }
 }
 
@@ -56,6 +61,8 @@ impl Output {
 pub(crate) enum Failure {
     /// Bad usage or bad input: exit code 2.
     Input(anyhow::Error),
+    /// Nothing is good enough for what was asked: exit code 3.
+    Unmet(anyhow::Error),
     /// Anything else: exit code 1.
     Failed(anyhow::Error),
 }
@@ -86,6 +93,7 @@ pub(crate) fn exit_code(result: Result<(), Failure>) -> ExitCode {
     let (error, code) = match result {
         Ok(()) => return ExitCode::SUCCESS,
         Err(Failure::Input(error)) => (error, 2),
+        Err(Failure::Unmet(error)) => (error, 3),
         Err(Failure::Failed(error)) => (error, 1),
     };
     complain(&format!("{error:#}"));

@@ -3,7 +3,6 @@
 use crate::outcome::{Failure, Output};
 use crate::run::{Part, ScaleName, build, recorded};
 use ::report::Page;
-use anyhow::{Context, anyhow};
 use evaluation::{Experiment, Scale, write_whole};
 use serde::Serialize;
 use std::io::{IsTerminal, Write};
@@ -19,12 +18,12 @@ pub(crate) struct Arguments {
     /// Scene in place of the procedural ones: a procedural name, a .glb, .gltf or .obj file, or a stack; repeatable.
     #[arg(long = "scene", value_name = "FILE")]
     scenes: Vec<String>,
-    /// Where the experiments are.
-    #[arg(long, value_name = "DIR", default_value = "experiments")]
-    experiments: PathBuf,
-    /// Where EXPERIMENT/RUN/ and the report are written.
-    #[arg(long, value_name = "DIR", default_value = "target/reproduced")]
-    out: PathBuf,
+    /// Where the experiments are; without this `experiments` if it is there, else those that msm brings along.
+    #[arg(long, value_name = "DIR")]
+    experiments: Option<PathBuf>,
+    /// Where EXPERIMENT/RUN/ and the report are written; without this target/reproduced in a checkout, else results.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Worker threads; without this one per logical core. The records do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
@@ -76,7 +75,15 @@ fn expected(name: &str) -> f64 {
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let scale = Scale::from(arguments.scale);
     let begin = Instant::now();
+    let out = match &arguments.out {
+        Some(out) => out.clone(),
+        None if Path::new("experiments").is_dir() => PathBuf::from("target/reproduced"),
+        None => PathBuf::from("results"),
+    };
+    // Before the first run, which may take an hour.
+    arguments.scenes.iter().try_for_each(|scene| evaluation::check_scene(scene))?;
     let experiments = experiments(arguments, scale)?;
+    crate::interrupt::advise("the same command goes on where it stopped".to_owned());
     let built = built();
     let whole: f64 = experiments.iter().map(|(experiment, _)| expected(&experiment.name)).sum();
     let mut before = 0.0;
@@ -87,7 +94,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     for (number, (experiment, has_scenes)) in experiments.iter().enumerate() {
         let place = format!("[{}/{}] {}", number + 1, experiments.len(), experiment.name);
         let start = Instant::now();
-        let found = experiment.finished(&arguments.out, scale, (&build(), built));
+        let found = experiment.finished(&out, scale, (&build(), built));
         let was_there = found.is_some();
         let (directory, trials, failed) = match found {
             Some(directory) => {
@@ -99,7 +106,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
                 say(&format!("{place}: running, about {} left for all", duration(left)));
                 // A search keeps what it has found; the others begin anew.
                 let part = Part { resume: experiment.can_resume(), ..Part::default() };
-                let run = recorded(experiment, scale, &arguments.out, arguments.threads, part)?;
+                let run = recorded(experiment, scale, &out, arguments.threads, part)?;
                 (run.directory, Some(run.trials), Some(run.failed))
             }
         };
@@ -111,7 +118,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         }
         let page = ::report::page(&directory)?;
         page.write()?;
-        let answer = shortened(&page.finding(), ANSWER);
+        let answer = page.finding();
         let reproduced = Reproduced {
             experiment: experiment.name.clone(),
             directory: directory.path().display().to_string(),
@@ -127,10 +134,10 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         };
         done.push((reproduced, page));
     }
-    let report = arguments.out.join("README.md");
+    let report = out.join("README.md");
     let (reproduced, pages): (Vec<Reproduced>, Vec<Page>) = done.into_iter().unzip();
-    write_whole(&report, index(scale, &arguments.out, &reproduced).as_bytes())?;
-    let html = arguments.out.join("report.html");
+    write_whole(&report, index(scale, &out, &reproduced).as_bytes())?;
+    let html = out.join("report.html");
     let page = ::report::html(&pages)?;
     write_whole(&html, page.as_bytes())?;
     let answer = Answer {
@@ -140,8 +147,8 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         experiments: reproduced,
     };
     arguments.output.emit(&answer, |out| {
-        for line in summary(&answer.experiments) {
-            writeln!(out, "{line}")?;
+        for of in &answer.experiments {
+            writeln!(out, "{}: {}", of.experiment, of.answer)?;
         }
         writeln!(out, "\nreport: {} ({} at scale {scale})", answer.report, duration(answer.seconds))
     })
@@ -149,22 +156,8 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
 /// All experiments of the folder, with the scenes that were asked for, the shortest first.
 fn experiments(arguments: &Arguments, scale: Scale) -> Result<Vec<(Experiment, bool)>, Failure> {
-    let folder = &arguments.experiments;
-    let missing = |reason: String| Failure::Input(anyhow!("{}: {reason}", folder.display()));
-    let entries = std::fs::read_dir(folder).map_err(|error| missing(error.to_string()))?;
-    let mut files: Vec<PathBuf> = Vec::new();
-    for entry in entries {
-        let path = entry.context("reading the folder of experiments")?.path();
-        if path.extension().is_some_and(|extension| extension == "toml") {
-            files.push(path);
-        }
-    }
-    if files.is_empty() {
-        return Err(missing("holds no experiment (.toml)".to_owned()));
-    }
     let mut experiments = Vec::new();
-    for file in files {
-        let experiment = Experiment::read(&file, scale, None)?;
+    for experiment in crate::experiments::all(arguments.experiments.as_deref(), scale)? {
         let has_scenes = experiment.has_scenes();
         let experiment = if has_scenes { experiment.with_scenes(&arguments.scenes)? } else { experiment };
         experiments.push((experiment, has_scenes));
@@ -191,35 +184,6 @@ fn say(line: &str) {
 
 fn duration(seconds: f64) -> String {
     if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
-}
-
-/// Characters of an answer: two rows of a terminal, behind a short name.
-const ANSWER: usize = 140;
-
-/// Rows and columns of a terminal, as they were from the first on; the report's place takes one of the rows.
-const SCREEN: [usize; 2] = [23, 80];
-
-/// A text that ends where there is no more room.
-fn shortened(whole: &str, length: usize) -> String {
-    if whole.chars().count() <= length {
-        return whole.to_owned();
-    }
-    let beginning: String = whole.chars().take(length.saturating_sub(4)).collect();
-    format!("{} ...", beginning.trim_end())
-}
-
-/// All answers on one screen: two rows each while there is room, for the longest first.
-fn summary(experiments: &[Reproduced]) -> Vec<String> {
-    let [screen, width] = SCREEN;
-    let whole: Vec<String> =
-        experiments.iter().map(|of| format!("{}: {}", of.experiment, of.answer)).collect();
-    let length = |line: usize| whole[line].chars().count();
-    let mut by_length: Vec<usize> = (0..whole.len()).collect();
-    by_length.sort_by_key(|&line| std::cmp::Reverse(length(line)));
-    let mut rows = vec![1; whole.len()];
-    let spare = screen.saturating_sub(whole.len());
-    by_length.iter().filter(|&&line| length(line) > width).take(spare).for_each(|&line| rows[line] = 2);
-    whole.iter().zip(rows).map(|(line, rows)| shortened(line, rows * width)).collect()
 }
 
 fn index(scale: Scale, root: &Path, reproduced: &[Reproduced]) -> String {

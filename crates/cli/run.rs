@@ -13,8 +13,8 @@ use std::time::Duration;
 /// Run an experiment and record it.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// The experiment.
-    #[arg(value_name = "EXPERIMENT.toml")]
+    /// The experiment: a file, or the name of one of those that msm brings along, such as `filterable`.
+    #[arg(value_name = "EXPERIMENT")]
     experiment: PathBuf,
     /// How much of it.
     #[arg(long, value_enum, default_value = "quick")]
@@ -25,6 +25,9 @@ pub(crate) struct Arguments {
     /// Scene to evaluate in place of the experiment's: a procedural name, a .glb, .gltf or .obj file, or a stack of `msm render` (.npz); repeatable.
     #[arg(long = "scene", value_name = "FILE")]
     scenes: Vec<String>,
+    /// Fragments a view in place of the experiment's own number, 0 for all; for single scattering view rays of a camera.
+    #[arg(long, value_name = "N")]
+    fragments: Option<usize>,
     /// Seed in place of the experiment's own.
     #[arg(long)]
     seed: Option<u64>,
@@ -100,12 +103,16 @@ struct Answer {
 /// Runs, records, draws.
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let scale = Scale::from(arguments.scale);
-    let experiment = Experiment::read(&arguments.experiment, scale, arguments.seed)
-        .and_then(|experiment| experiment.with_scenes(&arguments.scenes))
+    let experiment = crate::experiments::read(&arguments.experiment, scale, arguments.seed)?
+        .with_scenes(&arguments.scenes)
         .and_then(|experiment| if arguments.exhaustive { experiment.exhaustive() } else { Ok(experiment) })?;
+    let experiment = match arguments.fragments {
+        Some(fragments) => experiment.with_fragments(fragments)?,
+        None => experiment,
+    };
     let backend = Backend::from(arguments.backend);
     if arguments.dry_run {
-        let prediction = experiment.predict(arguments.threads, backend)?;
+        let prediction = experiment.predict(crate::threads::capped(arguments.threads), backend)?;
         return arguments.output.emit(&prediction, |out| describe(out, &prediction));
     }
     if arguments.select.is_some() || arguments.round.is_some() || arguments.parts.is_some() {
@@ -114,6 +121,11 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let patience = Duration::from_secs(arguments.wait);
     let Arguments { resume, shard, merge, .. } = arguments;
     let part = Part { resume: *resume, shard: *shard, merge, patience, backend };
+    crate::interrupt::advise(if experiment.can_resume() {
+        "the same command with --resume goes on where it stopped".to_owned()
+    } else {
+        format!("nothing of `{}` is kept; the same command begins again", experiment.name)
+    });
     let run = recorded(&experiment, scale, &arguments.out, arguments.threads, part)?;
     let written =
         if run.complete { ::report::page(&run.directory).and_then(|page| page.write())? } else { Vec::new() };
@@ -210,7 +222,7 @@ pub(crate) fn recorded(
     let options = RunOptions {
         results,
         scale,
-        threads,
+        threads: crate::threads::capped(threads),
         resume,
         shard,
         merge,
@@ -234,14 +246,35 @@ fn describe(out: &mut dyn std::io::Write, prediction: &Prediction) -> std::io::R
         writeln!(out, "                    {later:.3e} on later blocks, if 1 in 50 stays in the race")?;
     }
     writeln!(out, "rate                {:.3e} a second on one thread, measured now", p.programs_per_second)?;
-    writeln!(out, "time                {:.2} h on {} threads", p.hours, p.threads)?;
+    writeln!(out, "time                {} on {} threads", lasting(p.hours), p.threads)?;
     if let Some(card) = &p.card {
         writeln!(out, "graphics processor  {}", card.adapter)?;
         writeln!(out, "rate there          {:.3e} a second, measured now", card.programs_per_second)?;
         writeln!(out, "left to the CPU     {:.4} %", 100.0 * card.exact)?;
-        writeln!(out, "time there          {:.3} h", card.hours)?;
+        writeln!(out, "time there          {}", lasting(card.hours))?;
     }
-    writeln!(out, "disk                {:.1} MB", p.disk_bytes as f64 / 1e6)
+    writeln!(out, "disk                {}", size(p.disk_bytes))
+}
+
+/// Hours in a unit that fits.
+fn lasting(hours: f64) -> String {
+    let seconds = 3600.0 * hours;
+    match seconds {
+        s if s < 1.0 => "less than a second".to_owned(),
+        s if s < 90.0 => format!("{s:.0} s"),
+        s if s < 5400.0 => format!("{:.0} min", s / 60.0),
+        _ => format!("{hours:.1} h"),
+    }
+}
+
+/// Bytes in a unit that fits.
+fn size(bytes: u64) -> String {
+    match bytes as f64 {
+        b if b < 1e4 => format!("{b} bytes"),
+        b if b < 1e6 => format!("{:.0} kB", b / 1e3),
+        b if b < 1e9 => format!("{:.1} MB", b / 1e6),
+        b => format!("{:.1} GB", b / 1e9),
+    }
 }
 
 /// What this binary is built from.

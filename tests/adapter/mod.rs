@@ -35,6 +35,7 @@ fn trial(
 ) -> Trial {
     let Err(missing) = available else { return Trial::test(name, test) };
     let required = std::env::var("MSM_REQUIRE_GPU").is_ok_and(|v| v == "1");
-    Trial::test(name, move || Err(format!("needs a graphics adapter: {missing}").into()))
-        .with_ignored_flag(!required)
+    let reason = format!("needs a graphics adapter: {missing}");
+    let kind = reason.clone();
+    Trial::test(name, move || Err(reason.into())).with_kind(kind).with_ignored_flag(!required)
 }

@@ -20,6 +20,22 @@
   first.focus();
   first.dispatchEvent(new FocusEvent("focus"));
   seen.focused = output.textContent;
+  // One tabulator stop in the chart, arrow keys from mark to mark.
+  seen.chart_stops = [...explorer.querySelectorAll("circle")].filter((mark) => mark.tabIndex === 0).length;
+  const start = [...explorer.querySelectorAll("circle")].find((mark) => mark.tabIndex === 0);
+  start.focus();
+  start.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
+  const next = document.activeElement;
+  seen.arrow = next !== start && next.tagName === "circle" && next.tabIndex === 0 && start.tabIndex === -1;
+  const focusable = "a[href], button, input, select, summary, [tabindex]";
+  seen.stops = [...document.querySelectorAll(focusable)].filter((node) => node.tabIndex >= 0 && node.checkVisibility()).length;
+  seen.first_headings = document.querySelectorAll("h1").length;
+  const levels = [...document.querySelectorAll("h1, h2, h3, h4")].map((node) => Number(node.tagName[1]));
+  seen.skipped_levels = levels.filter((level, i) => i > 0 && level > levels[i - 1] + 1).length;
+  const leads = (link) => { const to = link.getAttribute("href"); return to.startsWith("http") || document.getElementById(to.slice(1)) !== null; };
+  seen.dead_links = [...document.querySelectorAll("a")].filter((link) => !leads(link)).map((link) => link.getAttribute("href"));
+  seen.told = document.querySelectorAll("#first .told li").length;
+  seen.first_figure = document.querySelectorAll("#first svg").length;
   const search = document.querySelector("#speed-accuracy input[type=search]");
   const table = search.nextElementSibling.querySelector("table");
   const rows = () => [...table.tBodies[0].rows].filter((row) => !row.hidden);

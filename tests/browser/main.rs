@@ -35,7 +35,9 @@ fn trial(name: &str, test: impl FnOnce(&Path) -> Result<(), Failed> + Send + 'st
         None if std::env::var("MSM_REQUIRE_BROWSER").is_ok_and(|value| value == "1") => {
             Trial::test(name, || Err("MSM_REQUIRE_BROWSER is 1 but chromium is not installed".into()))
         }
-        None => Trial::test(name, || Err("needs chromium".into())).with_ignored_flag(true),
+        None => Trial::test(name, || Err("needs chromium".into()))
+            .with_kind("needs chromium")
+            .with_ignored_flag(true),
     }
 }
 
@@ -128,6 +130,12 @@ fn report_works(program: &Path) -> Result<(), Failed> {
         "{seen}"
     );
     assert_eq!(seen["focused"], seen["hovered"], "{seen}");
+    assert_eq!((number("chart_stops"), &seen["arrow"]), (1, &Value::Bool(true)), "{seen}");
+    assert_eq!((number("first_headings"), number("skipped_levels")), (1, 0), "{seen}");
+    assert_eq!(seen["dead_links"], serde_json::json!([]), "{seen}");
+    assert_eq!((number("told"), number("first_figure")), (3, 1), "{seen}");
+    // Every experiment has its controls; the tables that are folded add none.
+    assert!(number("stops") < 250, "{seen}");
     // A table filtered by a word, and sorted by its numbers in both directions.
     assert!(number("rows_found") > 0 && number("rows_found") < number("rows"), "{seen}");
     assert_eq!(seen["ascending"], true, "{seen}");

@@ -43,7 +43,9 @@ pub fn trials() -> Vec<Trial> {
             if !path.is_file() {
                 // Shown as ignored; asking for it nevertheless says why it cannot run.
                 let why = format!("{} is not here", path.display());
-                trials.push(Trial::test(name, move || Err(why.into())).with_ignored_flag(true));
+                let kind = why.clone();
+                trials
+                    .push(Trial::test(name, move || Err(why.into())).with_kind(kind).with_ignored_flag(true));
                 continue;
             }
             let path = path.clone();

@@ -12,7 +12,10 @@ use libtest_mimic::{Arguments, Failed, Trial};
 
 pub fn main() -> ExitCode {
     let needs_terminal = |name: &str, test: fn() -> Result<(), Failed>| {
-        Trial::test(name, test).with_ignored_flag(terminal(80).is_err())
+        let is_missing = terminal(80).is_err();
+        Trial::test(name, test)
+            .with_kind(if is_missing { "needs a terminal" } else { "" })
+            .with_ignored_flag(is_missing)
     };
     let trials = vec![
         needs_terminal("progress_fits_a_narrow_terminal", progress_fits_a_narrow_terminal),

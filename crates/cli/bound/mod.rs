@@ -1,5 +1,6 @@
 //! `msm bound`: sharp bounds for one moment vector and one fragment depth, with their proof.
 
+mod batch;
 pub(crate) mod input;
 mod plot;
 
@@ -16,7 +17,7 @@ use std::path::PathBuf;
 
 /// Bound the shadow intensity F(z_f) = Z(z < z_f) that moments leave possible.
 #[derive(clap::Args)]
-#[command(group = ArgGroup::new("input").required(true).multiple(false).args(["atoms", "moments"]))]
+#[command(group = ArgGroup::new("input").required(true).multiple(false).args(["atoms", "moments", "batch"]))]
 pub(crate) struct Arguments {
     /// power:M, trig:N, or formulas in z separated by commas, such as "z,z^2,exp(-2z)".
     #[arg(long, value_parser = parse_basis, allow_hyphen_values = true)]
@@ -30,9 +31,16 @@ pub(crate) struct Arguments {
     /// The filtered moments, the means of b_1 to b_m, separated by commas.
     #[arg(long, allow_hyphen_values = true, value_name = "B1,B2,..")]
     moments: Option<String>,
+    /// Many bounds at once: rows of m moments and z_f, as a .npy array of n x (m + 1) floats, as CSV, or CSV from standard
+    /// input for `-`. Without --out CSV goes to standard output.
+    #[arg(long, value_name = "FILE|-", conflicts_with_all = ["depth", "plot", "storage", "alpha"])]
+    batch: Option<PathBuf>,
+    /// Where the bounds of --batch go: .npz with the arrays lower, upper, lower_proved, upper_proved and ok, else CSV.
+    #[arg(long, value_name = "FILE", requires = "batch")]
+    out: Option<PathBuf>,
     /// Depth z_f of the fragment to be shaded.
-    #[arg(long, allow_hyphen_values = true)]
-    depth: f64,
+    #[arg(long, allow_hyphen_values = true, required_unless_present = "batch")]
+    depth: Option<f64>,
     /// lp: MSM15 Algorithm 1; fast: certified exchange simplex on [0, 1]; closed: the closed form. Without this,
     /// closed where it exists, else fast.
     #[arg(long, value_parser = solver_parser())]
@@ -92,10 +100,22 @@ fn rounding(moments: &[f64], certificate: &Certificate) -> f64 {
 
 /// Computes, prints.
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
-    let input = Input::parse(arguments.atoms.as_deref(), arguments.moments.as_deref())?;
     let (basis, interval) = (&arguments.basis, arguments.interval);
+    if let Some(batch) = &arguments.batch {
+        let method =
+            method(basis, interval, arguments.solver).map_err(|error| Failure::Input(error.into()))?;
+        return batch::execute((batch, arguments.out.as_deref()), &method, arguments.output);
+    }
+    let input = Input::parse(arguments.atoms.as_deref(), arguments.moments.as_deref())?;
     let method = method(basis, interval, arguments.solver).map_err(|error| input.failure(error))?;
-    let z_f = arguments.depth;
+    // Required without a batch.
+    let z_f = arguments.depth.unwrap_or_default();
+    if let Some(path) = arguments.plot.as_ref().filter(|path| !plot::is_drawn(path)) {
+        return Err(Failure::Input(anyhow!(
+            "--plot {}: plots are SVG; give a file that ends in .svg, which browsers and vector programs turn into others",
+            path.display()
+        )));
+    }
     let (mass_before, mass_up_to) = match &input {
         Input::Atoms(z) => (Some(z.cdf(z_f)), Some(z.cdf_inclusive(z_f))),
         Input::Moments(_) => (None, None),

@@ -28,6 +28,11 @@ const REFERENCES: [(&str, Interval, &str); 4] = [
     ("trig:2", Interval::Unit, "trig:2 on [0, 1]"),
 ];
 
+/// Whether a plot can be written to a file of that name: SVG, and whatever says nothing else.
+pub(super) fn is_drawn(path: &Path) -> bool {
+    path.extension().is_none_or(|extension| extension.eq_ignore_ascii_case("svg"))
+}
+
 /// Computes and writes the plot. `at_z_f` are the bounds that were asked for.
 pub(super) fn write(
     path: &Path,

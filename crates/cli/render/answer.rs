@@ -1,7 +1,6 @@
 //! What `msm render` answers: one JSON object, or the same as lines.
 
 use graphics_device::AdapterName;
-use scenes::vector::dot;
 use scenes::{AreaLight, LightView, Scene, Warning};
 use serde::Serialize;
 use shadow_renderer::{RenderReport, ShadowMapStack};
@@ -123,7 +122,7 @@ pub(super) fn answer(
     // The scene's positions are relative to its origin; the answer's are the file's.
     let origin = scene.origin;
     let world = |p: [f64; 3]| [0, 1, 2].map(|k| p[k] + origin[k]);
-    let from_origin = |axis: [f64; 3]| if frame.eye.is_some() { 0.0 } else { dot(origin, axis) };
+    let frame = frame.from_origin(origin);
     let light = light.relative_to(origin.map(|c| -c));
     Answer {
         scene: scene.name.clone(),
@@ -151,13 +150,10 @@ pub(super) fn answer(
             right: frame.right,
             down: frame.down,
             forward: frame.forward,
-            eye: frame.eye.map(world),
+            eye: frame.eye,
             texels_per_unit: frame.texels_per_unit,
-            origin_texel: [
-                frame.origin_texel[0] - frame.texels_per_unit[0] * from_origin(frame.right),
-                frame.origin_texel[1] - frame.texels_per_unit[1] * from_origin(frame.down),
-            ],
-            near: frame.near + from_origin(frame.forward),
+            origin_texel: frame.origin_texel,
+            near: frame.near,
             depth_range: frame.depth_range,
         },
         time_ms: Times {

@@ -10,7 +10,8 @@ use answer::{Files, answer, write_table};
 use anyhow::{Context, anyhow};
 use clap::ValueEnum;
 use scenes::{
-    AreaLight, LightView, LoadOptions, PoseChoice, Scene, SceneError, load_with_files, procedural, read_views,
+    AreaLight, LightView, LoadOptions, PoseChoice, Scene, SceneError, ViewError, find_view, lit_by,
+    load_with_files, procedural, read_views,
 };
 use shadow_renderer::{
     Frame, LightFrame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_in_frame,
@@ -156,45 +157,16 @@ impl Arguments {
 
     /// The light that was asked for, a local one by itself, others along a view.
     fn light(&self, scene: &Scene) -> Result<LightView, Failure> {
-        let views = &scene.views[..];
-        let Some(light) = self.light else { return self.view(views) };
-        if light.front().is_none() {
-            let along = self.view(views)?;
-            return Ok(LightView::new(format!("{} {light}", along.name), light, along.direction));
-        }
-        match &self.view {
-            None => Ok(LightView::new(light.to_string(), light, [0.0; 3]).relative_to(scene.origin)),
-            Some(view) => {
-                Err(Failure::Input(anyhow!("--view {view}: the light `{light}` shines along U x V")))
-            }
-        }
-    }
-
-    /// A view's name first, else a direction.
-    fn view(&self, views: &[LightView]) -> Result<LightView, Failure> {
-        let Some(wanted) = &self.view else {
-            let none = || Failure::Input(anyhow!("the scene has no light view; give --view x,y,z"));
-            return views.first().cloned().ok_or_else(none);
+        let fail = |error: ViewError| Failure::Input(error.into());
+        let wanted = self.view.as_deref();
+        let views = match wanted {
+            // A local light has its own direction, and its complaint comes first.
+            Some(_) if self.light.is_some_and(|light| light.front().is_some()) => Vec::new(),
+            Some(wanted) => vec![find_view(&scene.views, wanted).map_err(fail)?],
+            None => scene.views.iter().take(1).cloned().collect(),
         };
-        if let Some(view) = views.iter().find(|view| view.name == *wanted) {
-            return Ok(view.clone());
-        }
-        let numbers: Result<Vec<f64>, _> = wanted.split(',').map(|number| number.trim().parse()).collect();
-        let direction = match numbers.as_deref() {
-            Ok(&[x, y, z]) => [x, y, z].map(|component| component as f32),
-            _ => {
-                let names: Vec<&str> = views.iter().map(|view| view.name.as_str()).collect();
-                let known = names.join(", ");
-                return Err(Failure::Input(anyhow!(
-                    "--view: `{wanted}` is neither a view of this scene ({known}) nor a direction x,y,z"
-                )));
-            }
-        };
-        if !direction.iter().all(|component| component.is_finite()) || direction == [0.0; 3] {
-            let what = "is no direction: it must be finite and not zero";
-            return Err(Failure::Input(anyhow!("--view: `{wanted}` {what}")));
-        }
-        Ok(LightView::directional(format!("light {wanted}"), direction))
+        let lit = lit_by(self.light, views, wanted, scene.origin).map_err(fail)?;
+        lit.into_iter().next().ok_or_else(|| fail(ViewError::None))
     }
 }
 
@@ -232,6 +204,12 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::Input(anyhow!("--fit casters: the light `{}` is not the sun", light.light)));
         }
     };
+    if let (BackendName::Gpu, Ok((_, RenderReport { adapter: None, fallback, .. }))) =
+        (arguments.backend, &rendered)
+    {
+        let reason = fallback.as_deref().unwrap_or("none was found");
+        return Err(Failure::Failed(anyhow!("--backend gpu: no graphics adapter: {reason}")));
+    }
     let (stack, report) = rendered.map_err(|error| match error {
         RenderError::Light(_) if arguments.light.is_some() => Failure::Input(anyhow!("--light: {error}")),
         RenderError::Light(_) => Failure::Input(anyhow!("view `{}`: {error}", light.name)),
@@ -260,7 +238,8 @@ fn write(
     report: &RenderReport,
     plain: bool,
 ) -> Result<(), Failure> {
-    stack.save(&staging.path(stack_name)).map_err(render_failure)?;
+    let frame = report.frame.from_origin(scene.origin);
+    stack.save_seen_by(&staging.path(stack_name), Some(&frame)).map_err(render_failure)?;
     // One after another: at the largest size each takes 200 MB.
     pictures::depth_image(stack).save(staging.path(depth)).with_context(|| depth.clone())?;
     pictures::layer_count_image(stack).save(staging.path(layers)).with_context(|| layers.clone())?;

@@ -4,6 +4,7 @@
 //! [`RunDirectory`] with the resolved experiment, its records, raw timings and where they come from. Records depend on
 //! the seed and the inputs only. Drawing is the business of `report`.
 
+mod advice;
 mod error;
 mod experiment;
 mod forecast;
@@ -19,11 +20,16 @@ mod shards;
 mod statistics;
 mod timing;
 
+pub use advice::{
+    Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, Definitions, Measured, Nothing,
+    NothingSoft, ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice,
+    SoftShadowAdvice, Together,
+};
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
 pub use experiment::{Alphas, CardPrediction, Experiment, Prediction, Scale};
 pub use forecast::Forecast;
-pub use fragments::{ReferenceRecord, SceneSettings, TruthSetting, ViewRecord};
+pub use fragments::{Lighting, ReferenceRecord, SceneSettings, TruthSetting, ViewRecord, check_scene};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
     KernelRecord, Region, Surface, SyntheticKernel, uniform_distribution,
@@ -48,13 +54,13 @@ pub use kinds::single_scattering::{
 };
 pub use kinds::soft_shadows::{
     Corners, LightSetting, MethodSetting, PassSample, PassTiming, Population, Precision, ReceiverRecord,
-    ReconstructionPoint, SearchTexel, SoftPicture, SoftPictureRecord, SoftRecord, SoftShadowsExperiment,
-    SoftTechnique, SoftViewRecord, Sweep, SweepRecord, SweepValues,
+    ReconstructionPoint, SearchTexel, SoftAdvice, SoftPicture, SoftPictureRecord, SoftRecord,
+    SoftShadowsExperiment, SoftTechnique, SoftViewRecord, Sweep, SweepRecord, SweepValues,
 };
 pub use kinds::speed_accuracy::{
-    Advice, AdviceOptions, Blend, COMPARED_FRAME, CandidateSetting, Choice, ComparisonSetting,
-    EveryViewSetting, FrameRoute, FrameSample, FrameSetting, FrameTiming, Nothing, OrderSetting, OrderShare,
-    PictureSetting, SpeedAccuracyExperiment, SpeedAccuracyRecord, SpeedSample, SpeedTiming,
+    Blend, COMPARED_FRAME, CandidateSetting, ComparisonSetting, EveryViewSetting, FrameRoute, FrameSample,
+    FrameSetting, FrameTiming, OrderSetting, OrderShare, PictureSetting, SpeedAccuracyExperiment,
+    SpeedAccuracyRecord, SpeedSample, SpeedTiming,
 };
 pub use kinds::stability::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Route, Shape, Span, StabilityExperiment,
@@ -76,7 +82,7 @@ pub use provenance::{Build, Provenance, logical_cores};
 pub use role::{Role, with_role};
 pub use run::{Backend, PartOptions, Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
-pub use shadow_filtering::{DepthBias, TechniqueSpec};
+pub use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
 pub use shards::{RoundState, Shard, ranges, round_state};
 pub use statistics::NOTHING;

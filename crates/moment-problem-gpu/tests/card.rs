@@ -22,8 +22,11 @@ const TOLERANCE: f64 = 1e-6;
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let has_card = Card::open(true).is_ok();
-    let trial =
-        |name: &str, run: fn() -> Result<(), Failed>| Trial::test(name, run).with_ignored_flag(!has_card);
+    let trial = |name: &str, run: fn() -> Result<(), Failed>| {
+        Trial::test(name, run)
+            .with_kind(if has_card { "" } else { "needs a card with double precision" })
+            .with_ignored_flag(!has_card)
+    };
     let trials = vec![
         trial("bounds_and_sums_are_those_of_the_cpu", bounds_and_sums),
         trial("run_time_checks_and_subgroups_change_nothing", variants),

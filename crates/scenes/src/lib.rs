@@ -27,4 +27,4 @@ pub use motion::{MovingScene, Pose};
 pub use path::{CameraPath, Movement};
 pub use procedural::procedural;
 pub use scene::{AlphaMask, AlphaTexture, Camera, LightView, Material, NamedCamera, Opacity, Scene, Vertex};
-pub use views::read_views;
+pub use views::{ViewError, find_view, lit_by, read_views};

@@ -1,8 +1,9 @@
-//! Light views read from TOML.
+//! Light views read from TOML, and those that are asked for by name, direction or light.
 
 use std::path::Path;
 
 use serde::Deserialize;
+use thiserror::Error;
 
 use crate::error::{FileFault, SceneError};
 use crate::load::source::read_limited;
@@ -83,6 +84,88 @@ fn parse_views(text: &str) -> Result<Vec<LightView>, FileFault> {
         views.push(LightView::new(entry.name, light, direction));
     }
     Ok(views)
+}
+
+/// A light view that cannot be had.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ViewError {
+    /// There is none to begin with.
+    #[error("the scene has no light view; give --view x,y,z")]
+    None,
+    /// Neither a name nor three numbers.
+    #[error("--view: `{wanted}` is neither a view of this scene ({}) nor a direction x,y,z", known.join(", "))]
+    Unknown {
+        /// What was asked for.
+        wanted: String,
+        /// Names of the scene's views.
+        known: Vec<String>,
+    },
+    /// Three numbers, and yet no direction.
+    #[error("--view: `{wanted}` is no direction: it must be finite and not zero")]
+    Direction {
+        /// What was asked for.
+        wanted: String,
+    },
+    /// A view for a light that needs none.
+    #[error("--view {wanted}: the light `{light}` shines along U x V")]
+    Local {
+        /// What was asked for.
+        wanted: String,
+        /// The light.
+        light: AreaLight,
+    },
+}
+
+/// The view of a name, else of a direction `x,y,z` in which the light travels.
+///
+/// # Errors
+/// [`ViewError`] for what is neither, and a direction that is zero or not finite.
+pub fn find_view(views: &[LightView], wanted: &str) -> Result<LightView, ViewError> {
+    if let Some(view) = views.iter().find(|view| view.name == wanted) {
+        return Ok(view.clone());
+    }
+    let numbers: Result<Vec<f64>, _> = wanted.split(',').map(|number| number.trim().parse()).collect();
+    let wanted = wanted.to_owned();
+    let direction = match numbers.as_deref() {
+        Ok(&[x, y, z]) => [x, y, z].map(|component| component as f32),
+        _ => {
+            let known = views.iter().map(|view| view.name.clone()).collect();
+            return Err(ViewError::Unknown { wanted, known });
+        }
+    };
+    if !direction.iter().all(|component| component.is_finite()) || direction == [0.0; 3] {
+        return Err(ViewError::Direction { wanted });
+    }
+    Ok(LightView::directional(format!("light {wanted}"), direction))
+}
+
+/// The views of a light that was asked for: a local one by itself, placed in the file's coordinates, others along each of
+/// `views`. Without a light the views as they are.
+///
+/// # Errors
+/// [`ViewError::Local`] where `wanted`, the views' own names on the command line, is given for a local light;
+/// [`ViewError::None`] for no view to shine along.
+pub fn lit_by(
+    light: Option<AreaLight>,
+    views: Vec<LightView>,
+    wanted: Option<&str>,
+    origin: [f64; 3],
+) -> Result<Vec<LightView>, ViewError> {
+    match (light, wanted) {
+        (Some(light), Some(wanted)) if light.front().is_some() => {
+            Err(ViewError::Local { wanted: wanted.to_owned(), light })
+        }
+        (Some(light), None) if light.front().is_some() => {
+            Ok(vec![LightView::new(light.to_string(), light, [0.0; 3]).relative_to(origin)])
+        }
+        (_, _) if views.is_empty() => Err(ViewError::None),
+        (None, _) => Ok(views),
+        (Some(light), _) => {
+            let along =
+                |view: LightView| LightView::new(format!("{} {light}", view.name), light, view.direction);
+            Ok(views.into_iter().map(along).collect())
+        }
+    }
 }
 
 #[cfg(test)]

@@ -18,6 +18,11 @@ const SCENES: [(&str, usize, usize, bool); 5] = [
     ("dx_squid_robot.glb", 28_016, 0, false),
 ];
 
+/// What a test that is ignored says.
+fn absent(missing: bool) -> &'static str {
+    if missing { "needs public scenes, which are no part of the project" } else { "" }
+}
+
 fn main() -> ExitCode {
     let trials = SCENES.map(|(name, triangles, degenerate, masked)| {
         let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/scenes").join(name);
@@ -25,6 +30,8 @@ fn main() -> ExitCode {
         Trial::test(format!("documented_triangles::{}", name.trim_end_matches(".glb")), move || {
             loads_with_the_documented_triangles(&path, triangles, degenerate, masked)
         })
+        .with_kind(absent(missing))
+        .with_kind(absent(missing))
         .with_ignored_flag(missing)
     });
     let mut trials: Vec<Trial> = trials.into();
@@ -33,6 +40,7 @@ fn main() -> ExitCode {
         let missing = !path.is_file();
         trials.push(
             Trial::test(format!("case::{file}"), move || has_size(&path, size, triangles))
+                .with_kind(absent(missing))
                 .with_ignored_flag(missing),
         );
     }

@@ -4,6 +4,8 @@ use crate::depth_map::DepthMap;
 use crate::error::FilteringError;
 use moment_problem::DepthDistribution;
 use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
 
 /// Largest accepted kernel size in texels.
 pub const MAX_KERNEL_SIZE: usize = 129;
@@ -42,6 +44,39 @@ impl KernelSpec {
             Self::Box { size } => Kernel::uniform(size),
             Self::Binomial { size } => Kernel::binomial(size),
         }
+    }
+}
+
+impl fmt::Display for KernelSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
+            Self::Gaussian { size, sigma } => write!(f, "gaussian:{size}:{sigma}"),
+            Self::Box { size } => write!(f, "box:{size}"),
+            Self::Binomial { size } => write!(f, "binomial:{size}"),
+        }
+    }
+}
+
+impl FromStr for KernelSpec {
+    type Err = FilteringError;
+
+    /// `gaussian:SIZE:SIGMA`, `box:SIZE` or `binomial:SIZE`, in texels; refuses kernels that cannot be built.
+    fn from_str(text: &str) -> Result<Self, FilteringError> {
+        let fail = || {
+            let reason = "is none of gaussian:SIZE:SIGMA, box:SIZE and binomial:SIZE";
+            FilteringError::parameter("kernel", text, reason)
+        };
+        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+        let whole = |text: &str| text.parse::<usize>().map_err(|_| fail());
+        let spec = match parts[..] {
+            ["gaussian", size, sigma] => {
+                Self::Gaussian { size: whole(size)?, sigma: sigma.parse().map_err(|_| fail())? }
+            }
+            ["box", size] => Self::Box { size: whole(size)? },
+            ["binomial", size] => Self::Binomial { size: whole(size)? },
+            _ => return Err(fail()),
+        };
+        spec.build().map(|_| spec)
     }
 }
 

@@ -211,6 +211,20 @@ impl<T: Settings> AnySettings for Given<T> {
     }
 }
 
+/// A mistyped key differs from the one that was meant by a third of its letters at most.
+const MISTYPED: f64 = 0.66;
+
+/// The known key that an unknown one resembles, for the end of serde's message about it, which lists known keys behind the word
+/// `expected`.
+fn nearest(reason: &str, more: &[&str]) -> Option<String> {
+    let (_, rest) = reason.split_once("unknown field `")?;
+    let (unknown, rest) = rest.split_once('`')?;
+    let known = rest.split_once("expected")?.1.split('`').skip(1).step_by(2).chain(more.iter().copied());
+    let likeness = |key: &str| strsim::normalized_damerau_levenshtein(unknown, key);
+    let best = known.map(|key| (likeness(key), key)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (best.0 >= MISTYPED).then(|| format!("; `{}` is near", best.1))
+}
+
 /// An entry of the registry.
 #[derive(Debug)]
 pub(crate) struct Kind {
@@ -238,16 +252,35 @@ impl Kind {
                 let given: Given<T> = keys.read(|table| table).map_err(|error| {
                     let mut reason = one_line(&error);
                     // Serde knows of the kind's own keys only.
-                    if own.iter().any(|key| reason.contains(&format!("unknown field `{key}`"))) {
+                    let unknown = own.iter().find(|key| reason.contains(&format!("unknown field `{key}`")));
+                    let mut more = Vec::new();
+                    if unknown.is_some() {
                         let scenery = if T::ON_SCENES { &SceneSettings::KEYS[..] } else { &[] };
-                        reason += &format!(", or of `{}`", [&Statement::KEYS, scenery].concat().join("`, `"));
+                        more = [&Statement::KEYS, scenery].concat();
+                        reason += &format!(", or of `{}`", more.join("`, `"));
                     }
-                    reason
+                    let near = nearest(&reason, &more).unwrap_or_default();
+                    reason + &near
                 })?;
                 given.own.check().map_err(|error| error.to_string())?;
                 Ok(Arc::new(given))
             },
             line_of_mistake: lines::mistake::<T>,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::nearest;
+
+    #[test]
+    fn mistyped_keys_are_recognised() {
+        let reason = "unknown field `scense`, expected one of `size`, `scenes`, `light`";
+        assert_eq!(nearest(reason, &[]).as_deref(), Some("; `scenes` is near"));
+        let reason = "unknown field `fragmnets`, expected `size` or `light`";
+        assert_eq!(nearest(reason, &["fragments"]).as_deref(), Some("; `fragments` is near"));
+        assert_eq!(nearest("unknown field `colour`, expected `size` or `light`", &[]), None);
+        assert_eq!(nearest("invalid type", &[]), None);
     }
 }

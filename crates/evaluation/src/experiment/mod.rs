@@ -101,8 +101,8 @@ impl Experiment {
         Self::parse(path, &source, scale, seed)
     }
 
-    /// The same for the text of a file.
-    pub(crate) fn parse(
+    /// The same for the text of a file, whose path names the experiment and stands in messages.
+    pub fn parse(
         path: &Path,
         source: &str,
         scale: Scale,
@@ -162,6 +162,21 @@ impl Experiment {
         }
         self.settings = self.settings.with_scenes(scenes);
         self.resolved_again()
+    }
+
+    /// Looks at so many fragments a view, 0 for all.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Value`] for an experiment that has no scenes.
+    pub fn with_fragments(mut self, fragments: usize) -> Result<Self, EvaluationError> {
+        if !self.has_scenes() {
+            return Err(self.refused("--fragments"));
+        }
+        let count = i64::try_from(fragments)
+            .map_err(|_| EvaluationError::Value(format!("--fragments {fragments} exceeds 2^63 - 1")))?;
+        self.resolved.insert("fragments".to_owned(), Value::Integer(count));
+        self.settings = parse_kind(self.resolved.clone()).map_err(EvaluationError::Value)?;
+        Ok(self)
     }
 
     /// Every candidate on every fragment instead of a race.

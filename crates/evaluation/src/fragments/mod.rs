@@ -2,12 +2,14 @@
 
 mod camera;
 pub(crate) mod light;
+mod lighting;
 mod reference;
 mod settings;
 mod truth;
 mod view_record;
 
 pub(crate) use camera::Seen;
+pub use lighting::Lighting;
 pub use reference::ReferenceRecord;
 pub(crate) use reference::reference_records;
 pub use settings::SceneSettings;
@@ -140,6 +142,15 @@ impl LoadedScene<'_> {
             render_in_frame(scene, &frame, Backend::Cpu).map_err(|error| fail(error.to_string()))?;
         depth_map(&stack).map(Some).map_err(|error| fail(error.to_string()))
     }
+}
+
+/// Whether a scene can be read: a procedural name, a scene file or a stack.
+///
+/// # Errors
+/// [`EvaluationError::Value`] with the reason.
+pub fn check_scene(label: &str) -> Result<(), EvaluationError> {
+    let fail = |reason: String| EvaluationError::Value(format!("scene `{label}`: {reason}"));
+    Source::load(label).map(|_| ()).map_err(fail)
 }
 
 pub(crate) fn is_stack(label: &str) -> bool {

@@ -43,7 +43,7 @@ pub(crate) enum Anew<'a> {
 }
 
 /// Most taps of a search or a filter.
-const MAX_TAPS: usize = 1024;
+pub(crate) const MAX_TAPS: usize = 1024;
 
 impl Anew<'_> {
     /// Rejects what cannot be made; `place` is the key of the technique.

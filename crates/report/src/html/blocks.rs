@@ -6,13 +6,17 @@ use crate::page::{Block, Drawing, Explorer, PictureColumns, RecordedPicture, Spa
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use evaluation::{PICTURE_GAP, RunDirectory};
-use pulldown_cmark::Parser;
+use pulldown_cmark::{Event, Parser, Tag, TagEnd};
 use serde::Serialize;
 use std::fmt::Write as _;
 
 pub(crate) fn block(run: &RunDirectory, block: &Block) -> Result<String, ReportError> {
     Ok(match block {
-        Block::Heading(level, text) => format!("<h{level}>{}</h{level}>\n", escaped(text)),
+        // The page has the first level, experiments the second.
+        Block::Heading(level, text) => {
+            let level = (level + 1).max(3);
+            format!("<h{level}>{}</h{level}>\n", escaped(text))
+        }
         Block::Paragraph(text) => format!("<p>{}</p>\n", inline(text)),
         Block::Commands(lines) => {
             format!("<pre><code class=\"language-sh\">{}\n</code></pre>\n", escaped(lines))
@@ -33,15 +37,41 @@ pub(crate) fn inline(text: &Text) -> String {
         Span::Code(text) => format!("<code>{}</code>", escaped(text)),
         Span::Emphasis(text) => format!("<em>{}</em>", escaped(text)),
         Span::Strong(text) => format!("<strong>{}</strong>", escaped(text)),
+        // The page stands alone: files beside a run are not beside the page.
+        Span::Link(text, to) if !leads_somewhere(to) => escaped(text),
         Span::Link(text, to) => format!("<a href=\"{}\">{}</a>", escaped(to), escaped(text)),
         Span::Prose(markdown) => {
             let mut html = String::new();
-            pulldown_cmark::html::push_html(&mut html, Parser::new(markdown));
+            let mut is_dead = false;
+            let kept = Parser::new(markdown).filter(|event| match event {
+                Event::Start(Tag::Link { dest_url, .. }) => {
+                    is_dead = !leads_somewhere(dest_url);
+                    !is_dead
+                }
+                Event::End(TagEnd::Link) => !std::mem::take(&mut is_dead),
+                _ => true,
+            });
+            pulldown_cmark::html::push_html(&mut html, kept);
             let html = html.trim_end();
             html.strip_prefix("<p>").and_then(|html| html.strip_suffix("</p>")).unwrap_or(html).to_owned()
         }
     };
     text.0.iter().map(span).collect()
+}
+
+/// Whether a link of the page works wherever the page lies.
+fn leads_somewhere(to: &str) -> bool {
+    to.starts_with('#') || to.starts_with("https://") || to.starts_with("http://")
+}
+
+/// A table behind its heading, to be opened by those who want the numbers.
+pub(crate) fn folded(of: &Table, heading: &str) -> String {
+    let rows = of.rows.len();
+    format!(
+        "<details><summary>{}: {rows} rows</summary>\n{}</details>\n",
+        if heading.is_empty() { "Table".to_owned() } else { escaped(heading) },
+        table(of)
+    )
 }
 
 /// In a box that scrolls: wide tables must not widen the page.

@@ -6,10 +6,11 @@ use crate::comparison;
 use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::kinds;
-use crate::page::{Page, Table, Text, code};
-use blocks::{block, explorer, table};
+use crate::page::{Block, Page, Table, Text, code};
+use blocks::{block, explorer, folded, inline, table};
 use evaluation::Provenance;
 use std::fmt::Write as _;
+use std::path::Path;
 
 const STYLE: &str = include_str!("report.css");
 const SCRIPT: &str = include_str!("report.js");
@@ -32,8 +33,24 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
         for part in &page.content.explorers {
             sections += &explorer(&page.run, part)?;
         }
+        let mut heading = String::new();
+        // A part within a part that is not there is a part itself: no level is skipped.
+        let mut has_parts = false;
         for part in page.content.body.iter().chain(&page.origin()) {
-            sections += &block(&page.run, part)?;
+            if let Block::Heading(level, text) = part {
+                heading.clone_from(text);
+                has_parts |= *level == 2;
+            }
+            sections += &match part {
+                Block::Heading(_, text) if !has_parts => block(&page.run, &Block::heading(2, text))?,
+                Block::Table(of) if of.rows.len() > FOLDED_ROWS => folded(of, &heading),
+                Block::Heading(..)
+                | Block::Paragraph(_)
+                | Block::Commands(_)
+                | Block::Table(_)
+                | Block::Drawing(_)
+                | Block::Picture(_) => block(&page.run, part)?,
+            };
         }
         sections += "</section>\n";
     }
@@ -41,14 +58,66 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
     let answers = table(&answers(pages, &headings));
     let origins = table(&origins(pages));
     let shared = kinds::script();
-    Ok(format!(
+    let first = first_screen(pages)?;
+    let page = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, \
          initial-scale=1\">\n<title>msm: filterable shadow maps, measured</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <header><h1>Filterable shadow maps, measured</h1>\n<nav aria-label=\"experiments\"><ul>\n<li><a href=\"#answers\">answers</a></li>\n<li><a href=\"#papers\">the papers</a></li>\n{links}\
-         <li><a href=\"#origins\">origins</a></li>\n</ul></nav></header>\n<main>\n\
+         <a class=\"skip\" href=\"#main\">to the content</a>\n<header><h1>Filterable shadow maps, measured</h1></header>\n<nav aria-label=\"experiments\"><ul>\n<li><a href=\"#answers\">answers</a></li>\n<li><a href=\"#papers\">the papers</a></li>\n{links}\
+         <li><a href=\"#origins\">origins</a></li>\n</ul></nav>\n<main id=\"main\">\n{first}\
          <section id=\"answers\">\n<h2>Answers</h2>\n{answers}</section>\n\
          <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}<section id=\"origins\">\n<h2>Where the numbers come from</h2>\n{origins}</section>\n</main>\n<script>\n\"use strict\";\n{shared}{SCRIPT}</script>\n</body>\n</html>\n"
+    );
+    Ok(without_paths(page, pages))
+}
+
+/// Tables of more rows are folded.
+const FOLDED_ROWS: usize = 8;
+
+/// Whose answers are told first, and whose figure: what error costs.
+const FIRST: [&str; 3] = ["speed-accuracy", "soft-shadows", "candidate-search"];
+
+/// Three sentences, a figure, and what an error is.
+fn first_screen(pages: &[Page]) -> Result<String, ReportError> {
+    let named = |name: &&str| pages.iter().find(|page| page.name() == **name);
+    let mut told: Vec<&Page> = FIRST.iter().filter_map(named).collect();
+    // Where none of these is there, whatever is.
+    let others = pages.iter().filter(|page| !told.iter().any(|known| std::ptr::eq(*known, *page)));
+    let others: Vec<&Page> = others.take(FIRST.len() - told.len()).collect();
+    let figure_of = told.first().copied().or_else(|| pages.first());
+    told.extend(others);
+    let sentences = told.iter().filter_map(|page| page.content.answer.first());
+    let sentences: String = sentences.map(|sentence| format!("<li>{}</li>\n", inline(sentence))).collect();
+    let is_chosen = |part: &&Block| matches!(part, Block::Drawing(drawing) if drawing.id == "cost");
+    let is_drawing = |part: &&Block| matches!(part, Block::Drawing(_));
+    let body = figure_of.map(|page| (page, &page.content.body));
+    let figure = body.and_then(|(page, body)| {
+        Some((page, body.iter().find(is_chosen).or_else(|| body.iter().find(is_drawing))?))
+    });
+    let figure = figure.map(|(page, part)| block(&page.run, part)).transpose()?.unwrap_or_default();
+    Ok(format!(
+        "<section id=\"first\">\n<ul class=\"told\">\n{sentences}</ul>\n{figure}<p>An error is the mean distance between a \
+         technique's shadow and the true one over the light-facing surfaces of all views, seen or not; the truth of hard \
+         shadows is percentage-closer filtering, that of soft shadows are shadow rays to the whole light. Lower is better, and \
+         further left is cheaper.</p>\n</section>\n"
     ))
+}
+
+/// Scenes are called by their files' names, not by where somebody keeps them.
+fn without_paths(mut html: String, pages: &[Page]) -> String {
+    let mut folders: Vec<String> = Vec::new();
+    for page in pages {
+        for scene in page.scenes().into_iter().filter(|scene| Path::new(scene).is_absolute()) {
+            let folder = Path::new(&scene).parent().map(|folder| format!("{}/", folder.display()));
+            folders.extend(folder.filter(|folder| folder.len() > 1));
+        }
+    }
+    // Longer ones first, so that no folder cuts a piece off another.
+    folders.sort_by_key(|folder| std::cmp::Reverse(folder.len()));
+    folders.dedup();
+    for folder in folders {
+        html = html.replace(&escaped(&folder), "");
+    }
+    html
 }
 
 /// Where a run's section begins.

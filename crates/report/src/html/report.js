@@ -78,6 +78,9 @@ for (const comparer of document.querySelectorAll(".comparer")) {
   const slider = control("PCF | technique", range(0, 100, 50, 1));
   const zoom = control("zoom", range(1, 8, 1, 0.5));
   comparer.append(canvas);
+  const legend = document.createElement("p");
+  legend.textContent = "Difference: grey where both agree, white where the technique is brighter than PCF, black where it is darker, by a quarter of the range and more.";
+  comparer.append(legend);
   const middle = { x: width / 2, y: height / 2 };
   const draw = () => {
     if (!image.complete || !image.naturalWidth) return;
@@ -124,11 +127,16 @@ for (const comparer of document.querySelectorAll(".comparer")) {
   image.addEventListener("load", draw);
   if (view) view.addEventListener("input", load);
   for (const node of [choice, right, slider, zoom]) node.addEventListener("input", draw);
+  // The divider follows the pointer; with a button held, an enlarged picture moves.
   canvas.addEventListener("pointermove", (event) => {
-    if (!event.buttons) return;
-    const share = width / canvas.clientWidth / Number(zoom.value);
-    middle.x -= event.movementX * share;
-    middle.y -= event.movementY * share;
+    if (event.buttons && Number(zoom.value) > 1) {
+      const share = width / canvas.clientWidth / Number(zoom.value);
+      middle.x -= event.movementX * share;
+      middle.y -= event.movementY * share;
+    } else {
+      const box = canvas.getBoundingClientRect();
+      slider.value = 100 * (event.clientX - box.left) / box.width;
+    }
     draw();
   });
   load();
@@ -187,7 +195,18 @@ for (const holder of document.querySelectorAll(".candidates")) {
       error: (i) => view.getUint32(i * (m + 4) + m, true) * CANDIDATES.unit,
     }];
   }));
-  const plain = (text) => text.toLowerCase().replace(/\s+/g, "");
+  // One spelling of a function: exp(1 z), e^(z) and EXP( z ) are exp(z).
+  const plain = (text) => text.toLowerCase().replace(/\s+/g, "").replace(/\*\*/g, "^").replace(/[*·]/g, "").replace(/π/g, "pi")
+    .replace(/²/g, "^2").replace(/³/g, "^3").replace(/\blog\(/g, "ln(").replace(/e\^\(/g, "exp(").replace(/e\^(-?[0-9.]*z)/g, "exp($1)")
+    .replace(/\(([+]?)1(?=pi|z)/g, "(").replace(/\(-1(?=pi|z)/g, "(-").replace(/z\^1(?![0-9])/g, "z");
+  // power:M and trig:N stand for several.
+  const meant = (word) => {
+    const [, kind, count] = word.match(/^(power|trig):([0-9]+)$/) ?? [];
+    const numbers = [...Array(Math.min(Number(count ?? 0), 16)).keys()].map((k) => k + 1);
+    if (kind === "power") return numbers.map((k) => plain(`z^${k}`));
+    if (kind === "trig") return numbers.flatMap((k) => [plain(`sin(${2 * k}pi z)`), plain(`cos(${2 * k}pi z)`)]);
+    return [word];
+  };
   const labelled = (text, node) => {
     const label = document.createElement("label");
     label.append(text, " ", node);
@@ -226,7 +245,7 @@ for (const holder of document.querySelectorAll(".candidates")) {
   function draw() {
     const m = Number(size.value);
     const all = decoded.get(m);
-    const words = search.value.split(",").map(plain).filter(Boolean);
+    const words = search.value.split(",").map(plain).filter(Boolean).flatMap(meant);
     const wanted = words.map((word) => functions.findIndex((name) => plain(name) === word));
     const unknown = words.filter((_, i) => wanted[i] < 0);
     const found = [];
@@ -298,7 +317,14 @@ for (const explorer of document.querySelectorAll(".explorer")) {
         if (box.checked) chosen.add(value); else chosen.delete(value);
         draw();
       });
-      line.append(box, " ", label(value));
+      line.append(box, " ");
+      if (FAMILIES[value]) {
+        const swatch = document.createElement("span");
+        swatch.className = "swatch";
+        swatch.style.background = FAMILIES[value];
+        line.append(swatch);
+      }
+      line.append(label(value));
       set.append(line);
     }
     explorer.append(set);
@@ -309,7 +335,10 @@ for (const explorer of document.querySelectorAll(".explorer")) {
   const sizes = boxes("map", unique((p) => p.size).sort((a, b) => b - a), (value) => `${value}²`);
   const output = document.createElement("output");
   const svg = svgNode("svg", { viewBox: "0 0 800 420", role: "group", "aria-label": "error against modelled cost" });
-  explorer.append(svg, output);
+  const plot = document.createElement("div");
+  plot.className = "plot";
+  plot.append(svg);
+  explorer.append(plot, output);
   const describe = (p) =>
     `${p.technique}, ${p.format}, ${p.size}² map: error ${(100 * p.error).toFixed(2)} %${p.relative === null ? "" : ` (${p.relative.toFixed(3)} of no shadows at all)`}, cost ${p.cost.toFixed(3)}, ${p.bits} bits a texel`;
 
@@ -321,10 +350,14 @@ for (const explorer of document.querySelectorAll(".explorer")) {
     const top = Math.max(...points.map((p) => p.error));
     const x = (p) => 60 + 710 * (Math.log(p.cost) - low) / Math.max(high - low, 1e-9);
     const y = (error) => 370 - 340 * error / top;
-    for (let i = 0; i <= 4; i++) {
-      const error = top * i / 4;
+    const rough = top / 5;
+    const unit = 10 ** Math.floor(Math.log10(rough));
+    const step = unit * [1, 2, 5, 10].find((factor) => factor * unit >= rough);
+    const digits = Math.max(0, -Math.floor(Math.log10(100 * step)));
+    svg.append(svgNode("text", { x: 55, y: 14, "font-size": 12, fill: "currentColor" }, "mean |G - F|, in percent"));
+    for (let error = 0; error <= top * (1 + 1e-9); error += step) {
       svg.append(svgNode("line", { x1: 55, x2: 780, y1: y(error), y2: y(error), stroke: "currentColor", "stroke-opacity": 0.15 }));
-      svg.append(svgNode("text", { x: 50, y: y(error) + 4, "text-anchor": "end", "font-size": 12, fill: "currentColor" }, `${(100 * error).toFixed(0)} %`));
+      svg.append(svgNode("text", { x: 50, y: y(error) + 4, "text-anchor": "end", "font-size": 12, fill: "currentColor" }, `${(100 * error).toFixed(digits)} %`));
     }
     for (const cost of [0.1, 0.2, 0.5, 1, 2, 5, 10]) {
       if (Math.log(cost) < low || Math.log(cost) > high) continue;
@@ -343,14 +376,27 @@ for (const explorer of document.querySelectorAll(".explorer")) {
     }
     svg.append(svgNode("polyline", { points: steps.join(" "), fill: "none", stroke: "currentColor", "stroke-opacity": 0.6 }));
     for (const p of shown) {
-      const mark = svgNode("circle", { cx: x(p), cy: y(p.error), r: 6, fill: FAMILIES[p.family], tabindex: 0, role: "img", "aria-label": describe(p) });
+      const mark = svgNode("circle", { cx: x(p), cy: y(p.error), r: 6, fill: FAMILIES[p.family], tabindex: -1, role: "img", "aria-label": describe(p) });
       mark.append(svgNode("title", {}, describe(p)));
       const show = () => { output.textContent = describe(p); };
       mark.addEventListener("mouseenter", show);
       mark.addEventListener("focus", show);
       svg.append(mark);
     }
-    output.textContent = `${shown.length} of ${points.length} shown; point at one for its numbers`;
+    // One stop for the tabulator, arrow keys from mark to mark in the order of cost.
+    const marks = [...svg.querySelectorAll("circle")].sort((a, b) => a.cx.baseVal.value - b.cx.baseVal.value);
+    if (marks.length) marks[0].setAttribute("tabindex", 0);
+    svg.onkeydown = (event) => {
+      const way = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
+      const at = marks.indexOf(document.activeElement);
+      const next = way && at >= 0 ? marks[at + way] : null;
+      if (!next) return;
+      event.preventDefault();
+      marks[at].setAttribute("tabindex", -1);
+      next.setAttribute("tabindex", 0);
+      next.focus();
+    };
+    output.textContent = `${shown.length} of ${points.length} shown; point at one for its numbers, or go from one to the next with the arrow keys. The line joins the techniques that nothing cheaper beats; PCF stands beside them for comparison: it is the truth at full size, and no map that can be filtered.`;
   }
   draw();
 }

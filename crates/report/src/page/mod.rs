@@ -9,7 +9,7 @@ mod text;
 use crate::error::ReportError;
 pub(crate) use claim::{Claim, Measured, Missing, player, recorded};
 use evaluation::{Provenance, RecordedFile, RunDirectory};
-pub(crate) use number::{in_percent, median_of, percent};
+pub(crate) use number::{count_of, in_percent, median_of, percent};
 use serde::Serialize;
 pub(crate) use table::{Table, row};
 pub(crate) use text::{Span, Text, code};
@@ -125,6 +125,14 @@ impl Page {
     pub(crate) fn name(&self) -> String {
         let parent = self.run.path().parent().and_then(|path| path.file_name());
         parent.map_or_else(|| "run".to_owned(), |name| name.to_string_lossy().into_owned())
+    }
+
+    /// Scenes that were evaluated, as they were given.
+    pub(crate) fn scenes(&self) -> Vec<String> {
+        let resolved = self.run.text("experiment.toml").unwrap_or_default();
+        let table: toml::Table = resolved.parse().unwrap_or_default();
+        let scenes = table.get("scenes").and_then(|scenes| scenes.as_array());
+        scenes.into_iter().flatten().filter_map(|scene| Some(scene.as_str()?.to_owned())).collect()
     }
 
     /// Question and expectation, each a paragraph.

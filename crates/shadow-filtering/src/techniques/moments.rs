@@ -71,6 +71,11 @@ impl BiasedMoments {
         Self { alpha, single_alpha: alpha, recognises_two: false, ..self }
     }
 
+    /// b*, one entry a moment.
+    pub fn centre(&self) -> &[f64] {
+        &self.centre[..self.bound.order()]
+    }
+
     /// The bounded moments.
     pub fn bound(&self) -> MomentBound {
         self.bound

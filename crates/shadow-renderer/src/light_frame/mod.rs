@@ -99,6 +99,23 @@ impl LightFrame {
         }
     }
 
+    /// The same frame for positions that are not relative to `origin` any more.
+    #[must_use]
+    pub fn from_origin(&self, origin: [f64; 3]) -> Self {
+        // What is measured from the eye moves with it.
+        let along = |axis: [f64; 3]| if self.eye.is_some() { 0.0 } else { dot(origin, axis) };
+        let [x, y] = self.origin_texel;
+        Self {
+            eye: self.eye.map(|eye| [0, 1, 2].map(|k| eye[k] + origin[k])),
+            origin_texel: [
+                x - self.texels_per_unit[0] * along(self.right),
+                y - self.texels_per_unit[1] * along(self.down),
+            ],
+            near: self.near + along(self.forward),
+            ..*self
+        }
+    }
+
     /// Texel coordinates and depth of a world position; depth is not clamped. In perspective texels are meant for
     /// positions in front of the light; in the plane of its centre they are not finite.
     pub fn project(&self, position: [f64; 3]) -> [f64; 3] {

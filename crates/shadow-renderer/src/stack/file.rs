@@ -10,7 +10,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use crate::stack::FacingBits;
-use crate::{RenderError, ShadowMapStack};
+use crate::{LightFrame, RenderError, ShadowMapStack};
 
 /// Version of the arrays and of what they mean. It grows when an older reader would misunderstand a file.
 const VERSION: u32 = 1;
@@ -34,6 +34,21 @@ impl ShadowMapStack {
     /// [`RenderError::InvalidStack`] or [`RenderError::MapSize`] if the stack violates its invariants,
     /// [`RenderError::File`] if writing fails; no partial file is left.
     pub fn save(&self, path: &Path) -> Result<(), RenderError> {
+        self.save_seen_by(path, None)
+    }
+
+    /// The same with the frame that the stack was rendered in, in further arrays of `float64` that readers may pass over:
+    ///
+    /// | name | shape | |
+    /// |---|---|---|
+    /// | `light_right`, `light_down`, `light_forward` | 3 | world directions of growing texel x, texel y and depth |
+    /// | `light_eye` | 3 | where a local light's map is seen from; absent for light from infinity |
+    /// | `light_texels_per_unit`, `light_origin_texel` | 2 | see [`LightFrame`] |
+    /// | `light_near`, `light_depth_range` | scalar | see [`LightFrame`] |
+    ///
+    /// # Errors
+    /// As [`ShadowMapStack::save`].
+    pub fn save_seen_by(&self, path: &Path, frame: Option<&LightFrame>) -> Result<(), RenderError> {
         self.validate()?;
         let fail = |source| RenderError::File { path: path.to_owned(), source };
         let name = path.file_name().ok_or_else(|| fail(io::ErrorKind::InvalidInput.into()))?;
@@ -44,7 +59,7 @@ impl ShadowMapStack {
         let save = SAVES.fetch_add(1, Ordering::Relaxed);
         partial_name.push(format!(".{}-{save}.partial", std::process::id()));
         let partial = path.with_file_name(partial_name);
-        let written = self.write_archive(&partial).and_then(|()| fs::rename(&partial, path));
+        let written = self.write_archive(&partial, frame).and_then(|()| fs::rename(&partial, path));
         written.map_err(|error| {
             // The first failure is the one to report; without the file there is nothing to remove.
             let _ = fs::remove_file(&partial);
@@ -52,7 +67,7 @@ impl ShadowMapStack {
         })
     }
 
-    fn write_archive(&self, path: &Path) -> io::Result<()> {
+    fn write_archive(&self, path: &Path, frame: Option<&LightFrame>) -> io::Result<()> {
         let mut zip = ZipWriter::new(File::create(path)?);
         let fragments = self.fragments() as u64;
         write_array(&mut zip, "version", &[], [VERSION])?;
@@ -64,6 +79,9 @@ impl ShadowMapStack {
         let bytes = self.light_facing.words.iter().flat_map(|word| word.to_le_bytes());
         let bytes_used = fragments.div_ceil(8);
         write_array(&mut zip, "light_facing", &[bytes_used], bytes.take(bytes_used as usize))?;
+        if let Some(frame) = frame {
+            write_frame(&mut zip, frame)?;
+        }
         zip.finish()?.sync_all()
     }
 
@@ -107,7 +125,22 @@ impl ShadowMapStack {
     }
 }
 
-fn write_array<T: AutoSerialize>(
+fn write_frame(zip: &mut ZipWriter<File>, frame: &LightFrame) -> io::Result<()> {
+    let axes = [("right", frame.right), ("down", frame.down), ("forward", frame.forward)];
+    for (name, axis) in axes.into_iter().chain(frame.eye.map(|eye| ("eye", eye))) {
+        write_array(zip, &format!("light_{name}"), &[3], axis)?;
+    }
+    write_array(zip, "light_texels_per_unit", &[2], frame.texels_per_unit)?;
+    write_array(zip, "light_origin_texel", &[2], frame.origin_texel)?;
+    write_array(zip, "light_near", &[], [frame.near])?;
+    write_array(zip, "light_depth_range", &[], [frame.depth_range])
+}
+
+/// Adds an array of a shape, row by row, to an uncompressed `.npz` archive.
+///
+/// # Errors
+/// What the system says where writing fails.
+pub fn write_array<T: AutoSerialize>(
     zip: &mut ZipWriter<File>,
     name: &str,
     shape: &[u64],

@@ -2,7 +2,7 @@
 
 pub(crate) mod assemble;
 pub(crate) mod edges;
-mod file;
+pub(crate) mod file;
 pub(crate) mod fixed_point;
 mod glyphs;
 pub(crate) mod memory;

@@ -10,6 +10,7 @@ mod edges;
 mod method;
 mod passes;
 mod picture;
+mod rays;
 mod records;
 mod run;
 mod settings;
@@ -19,6 +20,8 @@ mod standpoint;
 mod statistics;
 mod timing;
 mod view;
+
+pub(crate) use rays::{RayMethod, Rays};
 
 pub use method::ScatteringMethod;
 pub use records::{

@@ -92,7 +92,7 @@ pub struct MethodSetting {
 }
 
 /// alpha of BHS16.
-pub(super) const PUBLISHED_BIAS: f64 = 5e-6;
+pub(crate) const PUBLISHED_BIAS: f64 = 5e-6;
 
 /// A method on one map and light.
 pub(crate) enum Prepared {
@@ -194,7 +194,7 @@ impl MethodSetting {
         }
     }
 
-    pub(super) fn filter<R: Real>(&self, penumbra: &Penumbra<f64>) -> Filter<R> {
+    pub(crate) fn filter<R: Real>(&self, penumbra: &Penumbra<f64>) -> Filter<R> {
         let largest = penumbra.search(1.0);
         let full = if self.growing_bias { largest[0].max(largest[1]) } else { 0.0 };
         Filter {
@@ -234,7 +234,7 @@ impl MethodSetting {
     }
 
     /// The key that keeps a map's table from holding the largest sums, with the reason.
-    pub(super) fn check_table(
+    pub(crate) fn check_table(
         &self,
         map: &DepthMap,
         penumbra: &Penumbra<f64>,

@@ -16,12 +16,13 @@ mod sweep;
 mod timing;
 mod view;
 
-pub(crate) use method::Prepared;
 pub use method::{Corners, MethodSetting, Precision};
+pub(crate) use method::{PUBLISHED_BIAS, Prepared};
 pub use records::{
     PassSample, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord, SoftRecord,
     SoftViewRecord, SweepRecord,
 };
-pub use settings::{LightSetting, PassTiming, SoftPicture, SoftShadowsExperiment, SoftTechnique};
+pub use settings::{LightSetting, PassTiming, SoftAdvice, SoftPicture, SoftShadowsExperiment, SoftTechnique};
 pub use sweep::{Sweep, SweepValues};
 pub use view::Population;
+pub(crate) use view::surface;

@@ -6,10 +6,12 @@ use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
+use crate::lit_frames::MAX_TAPS;
 use crate::pictures::{check_camera, check_output, check_picture};
 use crate::role::{Role, check_names, named};
 use crate::run::Recorded;
 use crate::timing::TimingSetting;
+use applications::field::Table;
 use scenes::{AreaLight, LightView};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
@@ -48,9 +50,27 @@ pub struct SoftShadowsExperiment {
     /// The scene from its camera with the truth, then with each technique; below, parts magnified; error maps.
     #[serde(default)]
     pub picture: Vec<SoftPicture>,
+    /// What `msm advise` races; every technique as it is without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub advice: Option<SoftAdvice>,
     /// What techniques make of the receiver where the first of them errs most, in a wide penumbra if there is one.
     #[serde(default)]
     pub receiver: Vec<SoftPicture>,
+}
+
+/// What `msm advise` races.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoftAdvice {
+    /// Names of techniques; all without.
+    #[serde(default)]
+    pub techniques: Vec<String>,
+    /// How the tables of those with moments hold their sums, each in place of the technique's own.
+    #[serde(default)]
+    pub tables: Vec<Table>,
+    /// Numbers of taps of percentage-closer soft shadows, for search and filter each.
+    #[serde(default)]
+    pub taps: Vec<usize>,
 }
 
 /// A light.
@@ -209,6 +229,17 @@ impl Settings for SoftShadowsExperiment {
                         let reason = format!("a region of {region} texels does not fit a map of {size}");
                         return refuse("passes.regions", reason);
                     }
+                }
+            }
+        }
+        if let Some(advice) = &self.advice {
+            if !advice.techniques.is_empty() {
+                self.named(&advice.techniques, "advice.techniques")?;
+            }
+            for (i, taps) in advice.taps.iter().enumerate() {
+                if !(1..=MAX_TAPS).contains(taps) {
+                    let key = format!("advice.taps[{i}]");
+                    return refuse(key, format!("advice.taps: {taps} is not between 1 and {MAX_TAPS}"));
                 }
             }
         }

@@ -125,7 +125,7 @@ impl<'a> SoftView<'a> {
                     let (receiver, at) = seen.receiver(pixel)?;
                     (receiver, [at.x, at.y], [pixel % width, pixel / width])
                 };
-                let surface = scene.surface(&frame, &receiver, position)?;
+                let surface = surface(&scene.triangles, &frame, &receiver, position)?;
                 let noise = noise.at(at[0], at[1]);
                 Some(Point { receiver, position, surface, stream: stream + index as u64, noise })
             };
@@ -157,7 +157,7 @@ impl<'a> SoftView<'a> {
             if !seen.faces_light(pixel) {
                 return None;
             }
-            let surface = self.scene.surface(&self.frame, &receiver, position)?;
+            let surface = surface(&self.scene.triangles, &self.frame, &receiver, position)?;
             let noise = noise.at(pixel % width, pixel / width);
             Some(Point { receiver, position, surface, stream: pixel as u64, noise })
         };
@@ -216,14 +216,17 @@ impl<'a> SoftView<'a> {
     }
 }
 
-impl SoftScene<'_> {
-    /// The surface of a receiver, for rays.
-    fn surface(&self, frame: &LightFrame, receiver: &Receiver, position: [f64; 2]) -> Option<Surface> {
-        let point = frame.unproject([position[0], position[1], receiver.depth]);
-        let slope = receiver.gradient[0].abs() + receiver.gradient[1].abs();
-        let reach = (REACH[0] + REACH[1] * slope.min(1.0)) * frame.depth_range;
-        self.triangles.surface_near(point, frame.arriving(point), reach)
-    }
+/// The surface of a receiver at a place of its map, for rays; `None` where no triangle lies near.
+pub(crate) fn surface(
+    triangles: &Triangles,
+    frame: &LightFrame,
+    receiver: &Receiver,
+    position: [f64; 2],
+) -> Option<Surface> {
+    let point = frame.unproject([position[0], position[1], receiver.depth]);
+    let slope = receiver.gradient[0].abs() + receiver.gradient[1].abs();
+    let reach = (REACH[0] + REACH[1] * slope.min(1.0)) * frame.depth_range;
+    triangles.surface_near(point, frame.arriving(point), reach)
 }
 
 /// The truth of all points.

@@ -2,6 +2,7 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
+use moment_problem::MomentBound;
 use quantization::Search;
 use random_stream::Random;
 use shadow_filtering::{FilteringError, RealTime, Technique, TechniqueSpec};
@@ -83,4 +84,11 @@ fn operations(bound: &dyn RealTime, technique: &Technique) -> f64 {
         total += bound.operations(&sum, random.unit() as f32);
     }
     total as f64 / KERNELS as f64 + technique.decode_operations() as f64
+}
+
+/// Operations of the bound of moments, for one fragment.
+pub(crate) fn moment_operations(bound: MomentBound) -> f64 {
+    // Without a storage of its own a bound is always built.
+    let technique = TechniqueSpec::from(bound).build().ok();
+    technique.and_then(|technique| Some(operations(technique.real_time()?, &technique))).unwrap_or_default()
 }

@@ -9,6 +9,9 @@ use super::settings::FrameSetting;
 /// Reads and writes of a texel of the filtered map: encoding, two passes.
 const ACCESSES: f64 = 5.0;
 
+/// Writes of a texel of a summed-area table by both passes, and the read of the second.
+const SUM_ACCESSES: f64 = 3.0;
+
 /// Bytes of a depth, written and read.
 const DEPTH_BYTES: f64 = 8.0;
 
@@ -38,18 +41,50 @@ impl FrameCost {
         let texel = bits as f64 / 8.0;
         let (texels, pixels) = (f64::from(side).powi(2), pixels(frame));
         let fetches = channels.div_ceil(4) as f64;
-        // Each tap of both passes is a fetch, a product and a sum.
-        let filtering = 2.0 * kernel as f64 * (fetches * FETCH + 2.0 * channels as f64);
+        let made = Self::made((bits, channels), side, kernel);
         Self {
-            bytes: texels * (DEPTH_BYTES + ACCESSES * texel) + pixels * texel,
-            operations: texels * filtering + pixels * (fetches * FETCH + shading),
+            bytes: made.bytes + texels * DEPTH_BYTES + pixels * texel,
+            operations: made.operations + pixels * (fetches * FETCH + shading),
         }
     }
 
-    /// Of percentage-closer filtering, whose neighbouring pixels find their taps in the cache.
+    /// Of making a filtered map from a depth map, without the depth map and without what reads it.
+    pub(crate) fn made((bits, channels): (usize, usize), side: u32, kernel: usize) -> Self {
+        let texels = f64::from(side).powi(2);
+        let fetches = channels.div_ceil(4) as f64;
+        // Each tap of both passes is a fetch, a product and a sum.
+        let filtering = 2.0 * kernel as f64 * (fetches * FETCH + 2.0 * channels as f64);
+        Self { bytes: texels * ACCESSES * bits as f64 / 8.0, operations: texels * filtering }
+    }
+
+    /// Of percentage-closer filtering.
     pub(crate) fn comparison(frame: FrameSetting, side: u32, kernel: usize) -> Self {
+        Self::compared(frame, side, (kernel * kernel) as f64)
+    }
+
+    /// Of a summed-area table: read and written by both passes, the second in place, beside the depth that it is made from.
+    /// Each pixel reads so many corners of regions and does so many operations.
+    pub(crate) fn summed(
+        frame: FrameSetting,
+        side: u32,
+        (bits, channels): (usize, usize),
+        (corners, shading): (f64, f64),
+    ) -> Self {
+        let texel = bits as f64 / 8.0;
         let (texels, pixels) = (f64::from(side).powi(2), pixels(frame));
-        let taps = (kernel * kernel) as f64;
+        let fetches = channels.div_ceil(4) as f64;
+        // Powers by products, a sum in each pass.
+        let summing = 3.0 * channels as f64;
+        Self {
+            bytes: texels * (DEPTH_BYTES + SUM_ACCESSES * texel) + pixels * corners * texel,
+            operations: texels * summing
+                + pixels * (corners * (fetches * FETCH + 2.0 * channels as f64) + shading),
+        }
+    }
+
+    /// Of comparing depths with so many texels a pixel, whose neighbouring pixels find them in the cache.
+    pub(crate) fn compared(frame: FrameSetting, side: u32, taps: f64) -> Self {
+        let (texels, pixels) = (f64::from(side).powi(2), pixels(frame));
         // Fetch, comparison, product and sum.
         Self {
             bytes: texels * DEPTH_BYTES / 2.0 + pixels * DEPTH_BYTES / 2.0,

@@ -7,9 +7,11 @@ use crate::fragments::{LoadedScene, ReferenceRecord, chosen, reference_records};
 use crate::statistics::Sums;
 use applications::{Application, BiasSetting, HardShadow};
 use rayon::prelude::*;
+use scenes::LightView;
 use shadow_filtering::{
     DepthBias, DepthMap, FilteringError, Kernel, KernelField, Position, Receiver, StoredField,
 };
+use shadow_renderer::LightFrame;
 
 /// Filtering for one fragment alone costs as much as filtering this many times the kernel's size of texels of the whole
 /// map: with four channels in 16 bits and a 9x9 kernel 5.4 us a fragment and 125 ns a texel were measured, one core.
@@ -29,9 +31,10 @@ pub(crate) struct SpeedPlan<'a> {
 pub(crate) struct SceneView {
     pub(crate) scene: String,
     pub(crate) view: String,
+    pub(crate) light: LightView,
     pub(crate) texel_depth: f64,
-    /// Side of a texel of the largest map in the scene's units; `None` for a stack, which does not tell.
-    pub(crate) texel_side: Option<f64>,
+    /// From the world to the largest map; `None` for a stack, which does not tell.
+    pub(crate) frame: Option<LightFrame>,
     pub(crate) layers: u32,
     /// All fragments, in texels of the largest map.
     pub(crate) receivers: Vec<Receiver>,
@@ -63,10 +66,15 @@ impl<'a> SpeedPlan<'a> {
 
     /// All views of all scenes.
     pub(crate) fn scenery(&self) -> Result<Vec<SceneView>, EvaluationError> {
+        let scenery = &self.experiment.scenery;
+        self.views_of(&LoadedScene::load_all(&scenery.scenes, &scenery.views)?)
+    }
+
+    /// All views of scenes that are loaded.
+    pub(crate) fn views_of(&self, scenes: &[LoadedScene<'_>]) -> Result<Vec<SceneView>, EvaluationError> {
         let experiment = self.experiment;
-        let scenes = LoadedScene::load_all(&experiment.scenery.scenes, &experiment.scenery.views)?;
         let mut views = Vec::new();
-        for scene in &scenes {
+        for scene in scenes {
             for light in &scene.lights {
                 let lit = scene.lit(light, experiment.scenery.size, &self.kernel)?;
                 let (width, height, size) =
@@ -87,11 +95,9 @@ impl<'a> SpeedPlan<'a> {
                 views.push(SceneView {
                     scene: scene.label.to_owned(),
                     view: light.name.clone(),
+                    light: light.clone(),
                     texel_depth: lit.texel_depth,
-                    texel_side: lit.frame.as_ref().map(|frame| {
-                        let [x, y] = frame.texels_per_unit;
-                        1.0 / x.min(y)
-                    }),
+                    frame: lit.frame,
                     layers: lit.stack.layer_statistics().max,
                     maps: maps.collect::<Result<_, EvaluationError>>()?,
                     map: lit.map,
@@ -227,6 +233,14 @@ impl FreeParameters {
 }
 
 impl SceneView {
+    /// Side of a texel of the largest map in the scene's units.
+    pub(crate) fn texel_side(&self) -> Option<f64> {
+        self.frame.as_ref().map(|frame| {
+            let [x, y] = frame.texels_per_unit;
+            1.0 / x.min(y)
+        })
+    }
+
     /// A sample of fragments, spread evenly; 0 for all.
     pub(crate) fn sample(&self, wanted: usize, seed: u64, stream: usize) -> Vec<u32> {
         chosen(self.receivers.len(), wanted, seed, stream).into_iter().map(|index| index as u32).collect()

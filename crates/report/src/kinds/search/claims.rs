@@ -2,7 +2,7 @@
 
 use super::summary::{POWER_4, SearchTables, TRIGONOMETRIC_4};
 use crate::kinds::PUBLISHED_RATIO;
-use crate::page::{Claim, Measured, Missing, Text, recorded};
+use crate::page::{Claim, Measured, Missing, Text, count_of, recorded};
 use evaluation::{Provenance, SearchRecord};
 
 pub(crate) fn claims(tables: &SearchTables<'_>, provenance: &Provenance) -> Vec<Claim> {
@@ -37,10 +37,10 @@ fn extent(tables: &SearchTables<'_>, provenance: &Provenance) -> Option<String> 
     let programs: u64 = tables.stages.iter().map(|stage| stage.programs).sum();
     (all > 0).then(|| {
         format!(
-            "{all} bases of four of {} functions; {:.0} million certified programs, as bases that cannot win leave \
+            "{all} bases of four of {} functions; {} certified programs, as bases that cannot win leave \
              early; {:.0} s on {} threads ({})",
             tables.experiment.functions().map_or(0, |f| f.len()),
-            programs as f64 / 1e6,
+            count_of(programs),
             provenance.seconds,
             provenance.threads,
             provenance.cpu

@@ -2,7 +2,7 @@
 
 use crate::kinds::reference::ReferenceLevel;
 use crate::kinds::rows::{distinct, tables};
-use crate::page::{Text, in_percent, percent};
+use crate::page::{Text, count_of, in_percent, percent};
 use evaluation::{
     MarkRecord, ReferenceRecord, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
     SearchSample, StageRecord, ViewRecord, with_role,
@@ -179,8 +179,8 @@ impl<'a> SearchTables<'a> {
         let uncertified: u64 = self.stages.iter().map(|stage| stage.uncertified).sum();
         sentences.push(
             format!(
-                "{:.1} million linear programs were solved, {uncertified} remained without a certificate.",
-                programs as f64 / 1e6
+                "{} linear programs were solved, {uncertified} remained without a certificate.",
+                count_of(programs)
             )
             .into(),
         );

@@ -2,7 +2,7 @@
 
 use super::smallest;
 use crate::kinds::rows::tables;
-use crate::page::{Measured, Text, percent, player, recorded};
+use crate::page::{Measured, Text, count_of, percent, player, recorded};
 use evaluation::{
     AliasingRecord, EdgeRecord, FrameSample, GpuRecord, ScatteringCost, ScatteringPictureRecord,
     ScatteringRecord, ScatteringTechnique, ScatteringViewRecord, SingleScatteringExperiment,
@@ -151,11 +151,11 @@ impl ScatteringTables<'_> {
         let rays: u64 = self.views.iter().map(|view| view.shadow_rays).sum();
         (count > 0).then(|| {
             format!(
-                "Shadow map and geometry differ by {} on average (signed {:+.2}), known to {} by {:.1} million shadow rays.",
+                "Shadow map and geometry differ by {} on average (signed {:+.2}), known to {} by {} shadow rays.",
                 percent(mean(&|view| view.difference), 2),
                 100.0 * mean(&|view| view.signed_difference),
                 percent(mean(&|view| view.standard_error), 2),
-                rays as f64 / 1e6
+                count_of(rays)
             )
         })
     }

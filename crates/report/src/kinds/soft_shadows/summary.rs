@@ -2,7 +2,7 @@
 
 use super::sweeps;
 use crate::kinds::rows::tables;
-use crate::page::{Measured, Text, percent, player, recorded};
+use crate::page::{Measured, Text, count_of, percent, player, recorded};
 use evaluation::{
     GpuRecord, PassSample, Population, ReceiverRecord, ReconstructionPoint, SearchTexel, SoftPictureRecord,
     SoftRecord, SoftShadowsExperiment, SoftViewRecord, SweepRecord, TimedSample, with_role,
@@ -171,9 +171,9 @@ impl SoftTables<'_> {
         let largest = self.views.iter().map(|view| view.largest_standard_error).max_by(f64::total_cmp)?;
         let rays: u64 = self.views.iter().map(|view| view.rays).sum();
         Some(format!(
-            "The truth of every receiver has a standard error of at most {}, by {:.1} million shadow rays in all.",
+            "The truth of every receiver has a standard error of at most {}, by {} shadow rays in all.",
             percent(largest, 2),
-            rays as f64 / 1e6
+            count_of(rays)
         ))
     }
 }

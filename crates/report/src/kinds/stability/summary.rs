@@ -1,7 +1,7 @@
 //! What the records of a stability experiment say, in numbers.
 
 use crate::kinds::rows::tables;
-use crate::page::{Text, median_of, percent};
+use crate::page::{Text, count_of, median_of, percent};
 use evaluation::{
     Arithmetic, CellRecord, CheckRecord, PivotRecord, Shape, StabilityExperiment, StabilityRecord,
     StabilitySample, ViewRecord, with_role,
@@ -136,9 +136,9 @@ impl StabilityTables<'_> {
             self.checks.iter().filter(|c| in_arithmetic(c, arithmetic)).map(|c| c.violated).sum()
         };
         sentences.push(format!(
-            "On {:.1} million inputs our forms gave {} values that are no number and {} outside [0, 1], and broke their \
+            "On {} inputs our forms gave {} values that are no number and {} outside [0, 1], and broke their \
              bound {} times in double precision and {} times in single precision, at the recommended biases.",
-            checked as f64 * 1e-6,
+            count_of(checked),
             total(|c| c.not_finite),
             total(|c| c.outside),
             broken(Arithmetic::F64),

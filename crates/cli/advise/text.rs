@@ -1,0 +1,392 @@
+//! The answer of `msm advise` for people.
+
+use evaluation::{
+    Advice, Answer, BiasInView, Choice, Measured, MediumSetting, ScatteringAdvice, ScatteringChoice,
+    SoftChoice, SoftShadowAdvice, Together,
+};
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+/// Four digits behind the point, or two digits of what these do not show.
+pub(super) fn fraction(value: f64) -> String {
+    /// Ten units of the last digit behind the point.
+    const SMALL: f64 = 1e-3;
+    if value == 0.0 || value >= SMALL { format!("{value:.4}") } else { format!("{value:.1e}") }
+}
+
+/// The reference's map, with the size of what it can show.
+pub(super) fn map(advice: &Advice) -> String {
+    let size = advice.reference_size;
+    let texel = advice.nothing.texel_side.map(|side| format!(" with texels of {side:.3} units"));
+    format!("a {size}x{size} map{}", texel.unwrap_or_default())
+}
+
+/// An error with its interval and share of doing nothing.
+pub(super) fn interval(error: &Measured) -> String {
+    format!(
+        "{} ({} to {}), {:.2} of doing nothing",
+        fraction(error.l1_error),
+        fraction(error.l1_error_low),
+        fraction(error.l1_error_high),
+        error.relative_error
+    )
+}
+
+fn blend(beta: f64, leak_reduction: f64) -> String {
+    let mut blend = String::new();
+    if beta > 0.0 {
+        blend += &format!(", beta {beta}");
+    }
+    if leak_reduction > 0.0 {
+        blend += &format!(", leak reduction {leak_reduction}");
+    }
+    blend
+}
+
+fn name(choice: &Choice) -> String {
+    let alpha = choice.alpha.map(|alpha| format!(", alpha {alpha:e}")).unwrap_or_default();
+    format!(
+        "{} in {}{alpha}, {size}x{size}, kernel {kernel}x{kernel}, bias {} texels + {} slopes{}",
+        choice.technique,
+        choice.format,
+        choice.bias_texels,
+        choice.bias_slopes,
+        blend(choice.beta, choice.leak_reduction),
+        size = choice.size,
+        kernel = choice.kernel_size,
+    )
+}
+
+pub(super) fn soft_name(choice: &SoftChoice) -> String {
+    let storage = if choice.storage.is_empty() { String::new() } else { format!(" ({})", choice.storage) };
+    let alpha = choice.alpha.map(|alpha| format!(", alpha {alpha:e}")).unwrap_or_default();
+    format!(
+        "{}, {}{storage}{alpha}, {size}x{size}, bias {} texels + {} slopes, {:.0} texels read, region {:.1}",
+        choice.technique,
+        choice.format,
+        choice.bias_texels,
+        choice.bias_slopes,
+        choice.samples,
+        choice.region,
+        size = choice.size,
+    )
+}
+
+pub(super) fn scattering_name(choice: &ScatteringChoice) -> String {
+    let alpha = choice.alpha.map(|alpha| format!(", alpha {alpha:e}")).unwrap_or_default();
+    let [columns, rows] = choice.map;
+    format!(
+        "{}, {}{alpha}{}, {columns}x{rows} from a shadow map of {size}x{size}",
+        choice.technique,
+        choice.format,
+        blend(choice.beta, 0.0),
+        size = choice.size,
+    )
+}
+
+/// For one line.
+pub(super) fn describe(choice: &Choice) -> String {
+    format!("{} with {}", name(choice), interval(&choice.error))
+}
+
+/// Everything.
+pub(super) fn write(out: &mut dyn Write, advice: &Advice, drawn: &[PathBuf]) -> io::Result<()> {
+    writeln!(
+        out,
+        "{}, {} view{}, {} fragments, {:.3} % of them in shadow; reference: PCF on {}, {}, {}",
+        advice.scene,
+        advice.views.len(),
+        if advice.views.len() == 1 { "" } else { "s" },
+        advice.fragments,
+        100.0 * advice.nothing.shadowed_share,
+        map(advice),
+        advice.reference.kernel,
+        tolerance(&advice.hard),
+    )?;
+    writeln!(out)?;
+    heading(out)?;
+    nothing(out, advice.nothing.l1_error)?;
+    let row = |choice: &Choice| (choice.error, choice.cost, choice.cost_ms, choice.map_bytes, name(choice));
+    rows(out, &advice.hard, row)?;
+    writeln!(out)?;
+    writeln!(
+        out,
+        "error: mean distance from PCF, lower is better; all intervals hold with probability {}",
+        advice.confidence
+    )?;
+    notes(out, &advice.hard, |choice| choice.error)?;
+    writeln!(
+        out,
+        "relative: error over that of doing nothing, which ground in the light does not dilute; at most {} is recommended",
+        advice.hard.relative
+    )?;
+    writeln!(
+        out,
+        "cost: modelled memory traffic and arithmetic of a frame, VSM in f32 at full size is 1; ms on a card of the bandwidth given"
+    )?;
+    raced(out, &advice.hard, "all fragments")?;
+    advice.left_out.iter().try_for_each(|what| writeln!(out, "left out: {what}"))?;
+    if let Some(choice) = &advice.hard.recommendation {
+        implementation(out, advice, choice)?;
+    }
+    match &advice.soft_shadows {
+        Some(soft) => soft_shadows(out, soft)?,
+        None => writeln!(out, "\nsoft shadows: no light has an extent; --light sun:0.53 asks for the sun's")?,
+    }
+    if let Some(scattering) = &advice.scattering {
+        self::scattering(out, scattering)?;
+    }
+    if let Some(together) = &advice.together {
+        self::together(out, together)?;
+    }
+    if !drawn.is_empty() {
+        writeln!(out)?;
+        drawn.iter().try_for_each(|path| writeln!(out, "  {}", path.display()))?;
+    }
+    needs(out, advice)
+}
+
+fn tolerance<C>(answer: &Answer<C>) -> String {
+    let given = if answer.tolerance_is_given { "" } else { " (1.25 times what the best reaches)" };
+    format!("tolerance {}{given}", fraction(answer.tolerance))
+}
+
+fn heading(out: &mut dyn Write) -> io::Result<()> {
+    writeln!(out, "                 error   interval           relative    cost        ms       map")
+}
+
+fn nothing(out: &mut dyn Write, error: f64) -> io::Result<()> {
+    let error = fraction(error);
+    writeln!(
+        out,
+        "do nothing     {error:>7}   {error:>6} to {error:>6}      1.000    0.000    0.000    0.00 MiB  everything is lit"
+    )
+}
+
+type Row = (Measured, f64, f64, u64, String);
+
+fn rows<C>(out: &mut dyn Write, answer: &Answer<C>, row: impl Fn(&C) -> Row) -> io::Result<()> {
+    let mut line = |title: &str, choice: &C| {
+        let (error, cost, milliseconds, bytes, name) = row(choice);
+        writeln!(
+            out,
+            "{title:<14} {:>7}   {:>6} to {:>6}   {:>8.3}  {cost:>7.3}  {milliseconds:>7.3}  {:>6.2} MiB  {name}",
+            fraction(error.l1_error),
+            fraction(error.l1_error_low),
+            fraction(error.l1_error_high),
+            error.relative_error,
+            bytes as f64 / f64::from(1 << 20),
+        )
+    };
+    let mut missing = Vec::new();
+    let sought = answer.recommendation.is_some();
+    for (title, choice, none) in [
+        ("use", &answer.recommendation, "none meets the tolerance and is clearly better than doing nothing"),
+        ("next cheaper", &answer.next_cheaper, if sought { "none is cheaper" } else { "not sought" }),
+        ("next better", &answer.next_better, "none of the costlier ones erred less"),
+    ] {
+        match choice {
+            Some(choice) => line(title, choice)?,
+            None => missing.push(format!("{title:<14}  {none}")),
+        }
+    }
+    for choice in &answer.near_ties {
+        line("near tie", choice)?;
+    }
+    for choice in &answer.undecided {
+        line("undecided", choice)?;
+    }
+    missing.iter().try_for_each(|line| writeln!(out, "{line}"))
+}
+
+fn notes<C>(out: &mut dyn Write, answer: &Answer<C>, error: impl Fn(&C) -> Measured) -> io::Result<()> {
+    if let (Some(used), Some(better)) = (&answer.recommendation, &answer.next_better)
+        && error(better).l1_error_high >= error(used).l1_error_low
+    {
+        writeln!(
+            out,
+            "next better: by the fragments seen; its interval and that of the recommended one overlap"
+        )?;
+    }
+    if !answer.near_ties.is_empty() {
+        writeln!(
+            out,
+            "near tie: errors within a tenth and modelled costs within a quarter of the recommended one; measure on your card"
+        )?;
+    }
+    if !answer.undecided.is_empty() {
+        writeln!(out, "undecided: cheaper, and neither within the tolerance nor beyond it for certain")?;
+    }
+    Ok(())
+}
+
+fn raced<C>(out: &mut dyn Write, answer: &Answer<C>, all: &str) -> io::Result<()> {
+    writeln!(
+        out,
+        "raced {} combinations with {:.1} % of the work of evaluating all on {all}",
+        answer.candidates,
+        100.0 * answer.evaluated_share
+    )
+}
+
+/// What has to be built.
+fn implementation(out: &mut dyn Write, advice: &Advice, choice: &Choice) -> io::Result<()> {
+    let shipping = &choice.shipping;
+    writeln!(out, "\nto implement it")?;
+    writeln!(
+        out,
+        "  store          {} in {}, {} bits a texel",
+        shipping.functions, choice.format, choice.bits_per_texel
+    )?;
+    writeln!(
+        out,
+        "  transform      {}: a texel holds T b + offset{}",
+        choice.transform,
+        if choice.transform == "identity" { ", T = 1, offset = 0" } else { "" }
+    )?;
+    if choice.transform != "identity" {
+        for (row, offset) in shipping.matrix.iter().zip(&shipping.offset) {
+            let row: Vec<String> = row.iter().map(|value| format!("{value:>14.10}")).collect();
+            writeln!(out, "                 [{}]   {offset:>14.10}", row.join(" "))?;
+        }
+    }
+    writeln!(
+        out,
+        "  filter         {}x{} texels, separable: {}",
+        choice.kernel_size,
+        choice.kernel_size,
+        list(&shipping.kernel)
+    )?;
+    if let Some(alpha) = choice.alpha {
+        writeln!(out, "  moment bias    alpha {alpha:e}: {}", advice.definitions.alpha)?;
+        writeln!(out, "                 b* = ({})", list(&shipping.centre))?;
+    }
+    depth_bias(out, (choice.bias_texels, choice.bias_slopes), &shipping.depth_bias)?;
+    writeln!(out, "                 {}", advice.definitions.bias_texels)?;
+    writeln!(out, "                 {}", advice.definitions.bias_slopes)?;
+    writeln!(
+        out,
+        "  shadow         {}, beta {}, leak reduction {}",
+        advice.definitions.shadow, choice.beta, choice.leak_reduction
+    )?;
+    writeln!(out, "  error          {}", advice.definitions.error)?;
+    writeln!(
+        out,
+        "  reference      {} with a bias of {} texels + {} slopes beside the receiver's plane",
+        advice.reference.kernel, advice.reference.bias.texels, advice.reference.bias.slopes
+    )
+}
+
+fn list(values: &[f64]) -> String {
+    values.iter().map(|value| format!("{value:.6}")).collect::<Vec<_>>().join(", ")
+}
+
+fn depth_bias(out: &mut dyn Write, (texels, slopes): (f64, f64), views: &[BiasInView]) -> io::Result<()> {
+    writeln!(out, "  depth bias     {texels} texels + {slopes} slopes")?;
+    for bias in views {
+        let world = match (bias.world, bias.texel_side) {
+            (Some(world), Some(side)) => {
+                format!(", {world:.6} world units; a texel is {side:.6} units wide")
+            }
+            (_, _) => String::new(),
+        };
+        writeln!(out, "                 {}: {:.3e} of the depth range{world}", bias.view, bias.depth)?;
+    }
+    Ok(())
+}
+
+fn soft_shadows(out: &mut dyn Write, soft: &SoftShadowAdvice) -> io::Result<()> {
+    writeln!(
+        out,
+        "\nsoft shadows: {}; {} receivers, {}; the truth by shadow rays, standard error {}",
+        soft.views.join("; "),
+        soft.fragments,
+        tolerance(&soft.answer),
+        fraction(soft.truth_standard_error)
+    )?;
+    writeln!(out)?;
+    heading(out)?;
+    nothing(out, soft.nothing.l1_error)?;
+    let row = |choice: &SoftChoice| {
+        (choice.error, choice.cost, choice.cost_ms, choice.map_bytes, soft_name(choice))
+    };
+    rows(out, &soft.answer, row)?;
+    writeln!(out)?;
+    notes(out, &soft.answer, |choice| choice.error)?;
+    raced(out, &soft.answer, "all receivers")?;
+    if let Some(choice) = &soft.answer.recommendation {
+        depth_bias(out, (choice.bias_texels, choice.bias_slopes), &choice.depth_bias)?;
+    }
+    Ok(())
+}
+
+fn scattering(out: &mut dyn Write, scattering: &ScatteringAdvice) -> io::Result<()> {
+    let MediumSetting { extinction, albedo, anisotropy } = scattering.medium;
+    writeln!(
+        out,
+        "\nsingle scattering: extinction {extinction} over half the diagonal, albedo {albedo}, g {anisotropy}; {} view rays of {} \
+         cameras, {}; the truth from the whole shadow map",
+        scattering.rays,
+        scattering.views.len(),
+        tolerance(&scattering.answer)
+    )?;
+    writeln!(out)?;
+    heading(out)?;
+    nothing(out, scattering.nothing)?;
+    let row = |choice: &ScatteringChoice| {
+        (choice.error, choice.cost, choice.cost_ms, choice.map_bytes, scattering_name(choice))
+    };
+    rows(out, &scattering.answer, row)?;
+    writeln!(out)?;
+    notes(out, &scattering.answer, |choice| choice.error)?;
+    raced(out, &scattering.answer, "all view rays")
+}
+
+fn together(out: &mut dyn Write, together: &Together) -> io::Result<()> {
+    let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+    writeln!(
+        out,
+        "\ntogether: cost {:.3} ({:.3} ms) and {:.2} MiB, with what is shared counted once; {:.3} and {:.2} MiB apart",
+        together.cost,
+        together.cost_ms,
+        mebibytes(together.bytes),
+        together.cost_apart,
+        mebibytes(together.bytes_apart)
+    )?;
+    together.members.iter().try_for_each(|member| writeln!(out, "  {member}"))?;
+    together
+        .shared
+        .iter()
+        .try_for_each(|shared| writeln!(out, "  shared: {}, {:.2} MiB", shared.name, mebibytes(shared.bytes)))
+}
+
+/// Shares over all views, each view counting alike.
+fn needs(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
+    let shares = || advice.needs.iter();
+    let mut groups: Vec<(&str, f64)> = Vec::new();
+    for share in shares() {
+        if !groups.contains(&(share.by.as_str(), share.tolerance)) {
+            groups.push((&share.by, share.tolerance));
+        }
+    }
+    writeln!(out)?;
+    for (by, tolerance) in groups {
+        let mut totals: Vec<(&str, f64)> = Vec::new();
+        for share in shares().filter(|share| share.by == by && share.tolerance == tolerance) {
+            match totals.iter_mut().find(|(needs, _)| *needs == share.needs) {
+                Some((_, total)) => *total += share.share,
+                None => totals.push((&share.needs, share.share)),
+            }
+        }
+        let views = advice.views.len().max(1) as f64;
+        let list: Vec<String> =
+            totals.iter().map(|(needs, total)| format!("{needs}: {:.0} %", 100.0 * total / views)).collect();
+        let what = match by {
+            "rank" => format!("surfaces in a kernel (rank at {tolerance:e})"),
+            "gap" => format!("moments for bounds closer than {tolerance}"),
+            _ => format!("moments that lose less than {tolerance} to PCF"),
+        };
+        writeln!(out, "{what:<40} {}", list.join(", "))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! Experiments by name: files first, else those that the binary brings along.
+
+use crate::outcome::Failure;
+use anyhow::{Context, anyhow};
+use evaluation::{Experiment, Scale};
+use std::path::{Path, PathBuf};
+
+/// Name and text of every file in `experiments/` when this binary was built.
+static EMBEDDED: &[(&str, &str)] = include!(concat!(env!("OUT_DIR"), "/experiments.rs"));
+
+/// Where experiments lie in a checkout.
+const FOLDER: &str = "experiments";
+
+/// Names of those that the binary brings along.
+pub(crate) fn names() -> impl Iterator<Item = &'static str> {
+    EMBEDDED.iter().map(|(name, _)| *name)
+}
+
+/// The experiment of a file, or of a name: that of `experiments/NAME.toml` where there is one, else the embedded one.
+pub(crate) fn read(wanted: &Path, scale: Scale, seed: Option<u64>) -> Result<Experiment, Failure> {
+    if wanted.exists() {
+        return Ok(Experiment::read(wanted, scale, seed)?);
+    }
+    let Some(stem) = wanted.file_stem().map(|stem| stem.to_string_lossy().into_owned()) else {
+        return Ok(Experiment::read(wanted, scale, seed)?);
+    };
+    let is_name = wanted.components().count() == 1 && wanted.extension().is_none();
+    let beside = Path::new(FOLDER).join(format!("{stem}.toml"));
+    if is_name && beside.exists() {
+        return Ok(Experiment::read(&beside, scale, seed)?);
+    }
+    // A path into a checkout that is not there means the file of that name, too.
+    let is_there = wanted.parent().is_some_and(|parent| parent == Path::new(FOLDER)) || is_name;
+    match EMBEDDED.iter().find(|(name, _)| is_there && *name == stem) {
+        Some((name, text)) => Ok(embedded(name, text, scale, seed)?),
+        None if is_name => Err(Failure::Input(anyhow!(
+            "no experiment `{stem}`: neither a file nor one of {}",
+            names().collect::<Vec<_>>().join(", ")
+        ))),
+        None => Ok(Experiment::read(wanted, scale, seed)?),
+    }
+}
+
+fn embedded(
+    name: &str,
+    text: &str,
+    scale: Scale,
+    seed: Option<u64>,
+) -> Result<Experiment, evaluation::EvaluationError> {
+    Experiment::parse(Path::new(&format!("{name}.toml")), text, scale, seed)
+}
+
+/// All experiments of a folder; without one those of `experiments/` if it is there, else the embedded ones.
+pub(crate) fn all(folder: Option<&Path>, scale: Scale) -> Result<Vec<Experiment>, Failure> {
+    let beside = Path::new(FOLDER);
+    let Some(folder) = folder.or_else(|| beside.is_dir().then_some(beside)) else {
+        let read = |(name, text): &(&str, &str)| embedded(name, text, scale, None);
+        return Ok(EMBEDDED.iter().map(read).collect::<Result<_, _>>()?);
+    };
+    let missing = |reason: String| Failure::Input(anyhow!("{}: {reason}", folder.display()));
+    let entries = std::fs::read_dir(folder).map_err(|error| missing(error.to_string()))?;
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in entries {
+        let path = entry.context("reading the folder of experiments")?.path();
+        if path.extension().is_some_and(|extension| extension == "toml") {
+            files.push(path);
+        }
+    }
+    if files.is_empty() {
+        return Err(missing("holds no experiment (.toml)".to_owned()));
+    }
+    let read = |file: &PathBuf| Experiment::read(file, scale, None);
+    Ok(files.iter().map(read).collect::<Result<_, _>>()?)
+}
