@@ -2,6 +2,7 @@
 
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
+use crate::shader::{self, ShaderLanguage};
 use anyhow::anyhow;
 use evaluation::{Advice, AdviceOptions, Choice};
 use std::io::{self, Write};
@@ -33,6 +34,9 @@ pub(crate) struct Arguments {
     /// Worker threads; without this one per logical core. The answer does not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// Also write the recommended technique as a shader in this language, into out/.
+    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    shader: Option<ShaderLanguage>,
     #[command(flatten)]
     output: Output,
 }
@@ -53,7 +57,18 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     };
     let advice = Advice::seek_on(&options, arguments.threads)?;
     bar.finish();
-    arguments.output.emit(&advice, |out| write_advice(out, &advice))?;
+    let shader =
+        advice.recommendation.as_ref().zip(arguments.shader).map(|(choice, language)| {
+            shader::write_advised(choice, language, arguments.candidates.as_deref())
+        });
+    arguments.output.emit(&advice, |out| {
+        write_advice(out, &advice)?;
+        match &shader {
+            Some(Ok(path)) => writeln!(out, "shader: {}", path.display()),
+            Some(Err(_)) | None => Ok(()),
+        }
+    })?;
+    shader.transpose()?;
     if advice.recommendation.is_none() {
         return Err(Failure::Input(refusal(&advice)));
     }

@@ -10,6 +10,7 @@ mod render;
 mod report;
 mod reproduce;
 mod run;
+mod shader;
 mod staging;
 mod storage;
 
@@ -35,6 +36,7 @@ enum Verb {
     Run(run::Arguments),
     Report(report::Arguments),
     Reproduce(reproduce::Arguments),
+    Shader(shader::Arguments),
 }
 
 impl Verb {
@@ -47,6 +49,7 @@ impl Verb {
             Self::Run(arguments) => run::execute(arguments),
             Self::Report(arguments) => report::execute(arguments),
             Self::Reproduce(arguments) => reproduce::execute(arguments),
+            Self::Shader(arguments) => shader::execute(arguments),
         }
     }
 }

@@ -7,7 +7,6 @@ use super::scenery::{FreeParameters, SpeedPlan};
 use super::settings::SpeedAccuracyExperiment;
 use crate::error::EvaluationError;
 use crate::experiment::kind::Settings;
-use crate::experiment::{Experiment, Scale};
 use crate::fragments::LoadedScene;
 use crate::run::{Progress, pool};
 use serde::Serialize;
@@ -210,19 +209,7 @@ impl Advice {
 }
 
 fn experiment(options: &AdviceOptions<'_>) -> Result<SpeedAccuracyExperiment, EvaluationError> {
-    let read = match options.candidates {
-        Some(path) => Experiment::read(path, Scale::Quick, options.seed)?,
-        None => Experiment::parse(
-            Path::new("speed-accuracy.toml"),
-            DEFAULT_CANDIDATES,
-            Scale::Quick,
-            options.seed,
-        )?,
-    };
-    let Some(mut experiment) = read.settings::<SpeedAccuracyExperiment>().cloned() else {
-        let reason = format!("experiment `{}` is not of kind \"speed-accuracy\"", read.name);
-        return Err(EvaluationError::Value(reason));
-    };
+    let mut experiment = SpeedAccuracyExperiment::of_candidates(options.candidates, options.seed)?;
     experiment.scenery.scenes = vec![options.scene.to_owned()];
     experiment.scenery.views = options.views.to_vec();
     let own = LoadedScene::own_size(options.scene)?;
