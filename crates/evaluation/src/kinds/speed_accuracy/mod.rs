@@ -3,6 +3,7 @@
 
 mod advise;
 mod candidate;
+mod candidates;
 mod cost;
 mod frames;
 mod orders;

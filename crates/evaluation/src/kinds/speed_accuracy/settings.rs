@@ -1,19 +1,16 @@
 //! The TOML keys of the kind `speed-accuracy`.
 
-use super::advise::DEFAULT_CANDIDATES;
 use super::candidate::Candidate;
 use super::records::FrameRoute;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, not_empty, words};
 use crate::experiment::kind::{RunContext, Settings};
-use crate::experiment::{Experiment, Scale};
 use crate::fragments::SceneSettings;
 use crate::pictures::check_output;
 use crate::role::{Role, check_roles};
 use crate::run::Recorded;
 use serde::{Deserialize, Serialize};
-use shadow_filtering::{DepthBias, FilteringError, Kernel, KernelSpec, TechniqueSpec};
-use std::path::Path;
+use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -50,32 +47,6 @@ pub struct SpeedAccuracyExperiment {
     /// Percentage-closer filtering without a receiver plane, for comparison.
     #[serde(default)]
     pub comparison: Vec<ComparisonSetting>,
-}
-
-impl SpeedAccuracyExperiment {
-    /// The experiment whose techniques `msm advise` races, or that of a file.
-    ///
-    /// # Errors
-    /// [`EvaluationError`] for a file that cannot be read or is of another kind.
-    pub fn of_candidates(file: Option<&Path>, seed: Option<u64>) -> Result<Self, EvaluationError> {
-        let read = match file {
-            Some(path) => Experiment::read(path, Scale::Quick, seed)?,
-            None => {
-                Experiment::parse(Path::new("speed-accuracy.toml"), DEFAULT_CANDIDATES, Scale::Quick, seed)?
-            }
-        };
-        read.settings::<Self>().cloned().ok_or_else(|| {
-            EvaluationError::Value(format!("experiment `{}` is not of kind \"speed-accuracy\"", read.name))
-        })
-    }
-
-    /// The filter of maps whose side is divided by this.
-    ///
-    /// # Errors
-    /// As [`KernelSpec::build`].
-    pub fn kernel(&self, divisor: u32) -> Result<Kernel, FilteringError> {
-        Self::divided(self.scenery.kernel, divisor).build()
-    }
 }
 
 /// From bounds to a shadow: lower + beta (upper - lower), divided by 1 - leak_reduction.
