@@ -3,7 +3,7 @@
 use crate::{failed, input};
 use moment_problem::{Basis, DepthDistribution, Interval, LowerBound, MomentError, Solver, method};
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use quantization::{DepthInterval, Search, Structure, optimise};
 use rayon::prelude::*;
@@ -39,10 +39,10 @@ impl Bounds {
     }
 }
 
-/// Whose fault an error is, as the binary judges it.
-fn of_moments(error: &MomentError) -> PyErr {
+/// Whether the work failed, as the binary judges it; else the input is at fault.
+fn is_failure(error: &MomentError) -> bool {
     match error {
-        MomentError::Uncertified { .. } | MomentError::Solver { .. } => failed(error),
+        MomentError::Uncertified { .. } | MomentError::Solver { .. } => true,
         MomentError::Infeasible { .. }
         | MomentError::NotPositiveDefinite { .. }
         | MomentError::Length { .. }
@@ -50,15 +50,15 @@ fn of_moments(error: &MomentError) -> PyErr {
         | MomentError::OutsideInterval { .. }
         | MomentError::Unsupported(_)
         | MomentError::Basis(_)
-        | MomentError::Distribution(_) => input(error),
+        | MomentError::Distribution(_) => false,
     }
 }
 
-fn parsed(
-    basis: &str,
-    interval: &str,
-    solver: Option<&str>,
-) -> PyResult<(Basis, Interval, Option<Solver>)> {
+fn of_moments(error: &MomentError) -> PyErr {
+    if is_failure(error) { failed(error) } else { input(error) }
+}
+
+fn parsed(basis: &str, interval: &str, solver: Option<&str>) -> PyResult<(Basis, Interval, Option<Solver>)> {
     let basis = basis.parse().map_err(|error: moment_problem::BasisError| input(&error))?;
     let interval = interval.parse().map_err(|error: MomentError| of_moments(&error))?;
     let solver = solver.map(str::parse).transpose().map_err(|error: MomentError| of_moments(&error))?;
@@ -132,9 +132,8 @@ pub(crate) fn certified<'py>(
         let vectors = moments.par_chunks_exact(order).zip(z_f).enumerate();
         let found: Result<Vec<(f64, f64)>, (usize, MomentError)> = vectors.map(each).collect();
         found.map_err(|(number, error)| {
-            let named = PyValueError::new_err(format!("vector {number}: {error}"));
-            let is_input = of_moments(&error).is_instance_of::<PyValueError>;
-            Python::attach(|py| if is_input(py) { named } else { of_moments(&error) })
+            let named = format!("vector {number}: {error}");
+            if is_failure(&error) { PyRuntimeError::new_err(named) } else { PyValueError::new_err(named) }
         })
     })?;
     let (lower, upper) = pairs.into_iter().unzip();

@@ -13,7 +13,8 @@ const CHUNK: usize = 4096;
 type Pair<'py, T> = (Bound<'py, PyArray1<T>>, Bound<'py, PyArray1<T>>);
 
 fn named(name: &str) -> PyResult<MomentBound> {
-    let found = MomentBound::ALL.into_iter().find(|bound| bound.name().replace(' ', "").to_lowercase() == name);
+    let found =
+        MomentBound::ALL.into_iter().find(|bound| bound.name().replace(' ', "").to_lowercase() == name);
     found.ok_or_else(|| PyValueError::new_err(format!("`{name}` is no closed form")))
 }
 
@@ -33,7 +34,9 @@ fn batch<R: Real + Send + Sync>(
     let order = bound.order();
     if moments.len() != order * z_f.len() {
         let lengths = format!("{} moments and {} depths", moments.len(), z_f.len());
-        return Err(PyValueError::new_err(format!("{lengths} do not belong together: {name} has {order} moments")));
+        return Err(PyValueError::new_err(format!(
+            "{lengths} do not belong together: {name} has {order} moments"
+        )));
     }
     if !(0.0..=1.0).contains(&alpha) {
         return Err(PyValueError::new_err(format!("alpha = {alpha}: must lie in [0, 1]")));

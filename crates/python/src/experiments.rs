@@ -78,7 +78,8 @@ fn run(text: &str, folder: &Path, threads: Option<usize>) -> Result<String, Eval
 pub(crate) fn run_files(py: Python<'_>, path: PathBuf) -> PyResult<Vec<(String, String)>> {
     py.detach(|| {
         let run = RunDirectory::open(&path).map_err(|error| fault(&error))?;
-        let entries = std::fs::read_dir(run.path()).map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let entries =
+            std::fs::read_dir(run.path()).map_err(|error| PyValueError::new_err(error.to_string()))?;
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let mut names: Vec<String> =
             names.filter(|name| name.ends_with(".csv") || name == "provenance.json").collect();

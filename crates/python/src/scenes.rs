@@ -46,7 +46,12 @@ impl Scene {
     }
 
     fn __repr__(&self) -> String {
-        format!("Scene({}, {} triangles, {} views)", self.scene.name, self.scene.triangles.len(), self.scene.views.len())
+        format!(
+            "Scene({}, {} triangles, {} views)",
+            self.scene.name,
+            self.scene.triangles.len(),
+            self.scene.views.len()
+        )
     }
 }
 

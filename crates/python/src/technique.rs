@@ -50,10 +50,15 @@ impl Technique {
         let channels = self.technique.channels();
         if filtered.len() != channels * z_f.len() {
             let lengths = format!("{} values and {} depths", filtered.len(), z_f.len());
-            return Err(PyValueError::new_err(format!("{lengths} do not belong together: {channels} a depth")));
+            return Err(PyValueError::new_err(format!(
+                "{lengths} do not belong together: {channels} a depth"
+            )));
         }
         let each = filtered.par_chunks_exact(channels).zip(z_f);
-        each.with_min_len(CHUNK).map(|(b, &z)| self.technique.shade(b, z)).collect::<Result<_, _>>().map_err(fault)
+        each.with_min_len(CHUNK)
+            .map(|(b, &z)| self.technique.shade(b, z))
+            .collect::<Result<_, _>>()
+            .map_err(fault)
     }
 }
 

@@ -43,16 +43,27 @@ fn constant(line: &str) -> Option<String> {
 /// `T a[2] = (T[2])0;` with the zeros themselves.
 fn zeroed(line: &str, structures: &Structures<'_>) -> Option<String> {
     let (declared, cast) = line.strip_suffix(")0;")?.split_once(" = (")?;
-    Some(format!("{declared} = {};", zero(&parsed(cast)?, structures)?))
+    let kind = parsed(cast)?;
+    let value = zero(&kind, structures)?;
+    let target = declared.trim_start();
+    if target.contains(' ') || !value.starts_with('{') {
+        return Some(format!("{declared} = {value};"));
+    }
+    // A list can only start a variable.
+    let indent = &declared[..declared.len() - target.len()];
+    Some(format!("{indent}{{ {} zero{} = {value}; {target} = zero; }}", kind.0, lengths(&kind.1)))
+}
+
+fn lengths(of: &[usize]) -> String {
+    of.iter().map(|length| format!("[{length}]")).collect()
 }
 
 /// `return (T[2])0;` by a variable.
 fn zero_returned(line: &str, structures: &Structures<'_>) -> Option<String> {
     let cast = line.strip_suffix(")0;")?.trim_start().strip_prefix("return (")?;
     let kind = parsed(cast)?;
-    let lengths: String = kind.1.iter().map(|length| format!("[{length}]")).collect();
     let value = zero(&kind, structures)?;
-    Some(format!("    {} zero{lengths} = {value};\n    return zero;", kind.0))
+    Some(format!("    {} zero{} = {value};\n    return zero;", kind.0, lengths(&kind.1)))
 }
 
 /// `float[4][4]`.
@@ -112,13 +123,14 @@ mod tests {
 
     #[test]
     fn zeros_are_written_out() {
-        let text = "struct Pair {\n    float2 w : SV_Target0;\n    bool b[2];\n};\n    Pair p[2] = (Pair[2])0;\n    return (uint[3])0;\n    float x = (float)0;\n";
+        let text = "struct Pair {\n    float2 w : SV_Target0;\n    bool b[2];\n};\n    Pair p[2] = (Pair[2])0;\n    return (uint[3])0;\n    float x = (float)0;\n    part = (int[2])0;\n";
         let found = portable(text, |_| None);
         let pair = "{ float2(0.0, 0.0), { false, false } }";
         for line in [
             format!("    Pair p[2] = {{ {pair}, {pair} }};"),
             "    uint zero[3] = { 0u, 0u, 0u };\n    return zero;".to_owned(),
             "    float x = 0.0;".to_owned(),
+            "    { int zero[2] = { 0, 0 }; part = zero; }".to_owned(),
         ] {
             assert!(found.contains(&line), "`{line}` in {found}");
         }

@@ -194,7 +194,10 @@ impl<'a> Body<'a> {
                     MathFunction::Round => "round_ties_even",
                     other => return unwritable(format!("the function {other:?}")),
                 };
-                self.each(&operands, |v| format!("{}.{method}({})", receiver(&v[0]), v[1..].join(", ")))?
+                self.each(&operands, |v| {
+                    let rest: Vec<&str> = v[1..].iter().map(|value| bare(value)).collect();
+                    format!("{}.{method}({})", receiver(&v[0]), rest.join(", "))
+                })?
             }
             Expression::As { expr, kind, convert } => {
                 let from = self.inner(*expr).scalar().map(|scalar| scalar.kind);
@@ -209,7 +212,7 @@ impl<'a> Body<'a> {
                         self.each(&[*expr], |v| format!("{}.to_bits()", v[0]))?
                     }
                     (None, _, ScalarKind::Float) => {
-                        self.each(&[*expr], |v| format!("f32::from_bits({})", v[0]))?
+                        self.each(&[*expr], |v| format!("f32::from_bits({})", bare(&v[0])))?
                     }
                     (None, _, _) => self.each(&[*expr], |v| format!("({} as {name})", v[0]))?,
                 }
