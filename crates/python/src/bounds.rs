@@ -1,7 +1,7 @@
 //! Bounds with proofs, and optimal transforms.
 
 use crate::{failed, input};
-use moment_problem::{Basis, DepthDistribution, Interval, LowerBound, MomentError, Solver, method};
+use moment_problem::{Basis, DepthDistribution, Interval, MomentError, Solver, method};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;

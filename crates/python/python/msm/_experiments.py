@@ -113,7 +113,7 @@ def error(
 ) -> Table:
     """Distances of techniques from percentage-closer filtering on a scene, as ``msm run`` of kind ``filterable`` records them.
 
-    ``techniques`` maps names to :class:`Technique` or its keys. The reference is a Gaussian of 9 x 9 texels with the receiver's
+    ``techniques`` maps names to :class:`Technique` or its keys, of those of storage ``format`` and ``alpha`` alone. The reference is a Gaussian of 9 x 9 texels with the receiver's
     plane; biases are texel depths and slopes. ``fragments`` is the sample of each view, 0 for all. Columns ``scene``, ``view``,
     ``technique``, ``class``, ``l1_error``, ``standard_error``, ``leak`` and so on; rows of view ``all`` pool the views.
     """
