@@ -11,11 +11,8 @@ mod adapter;
 mod compute;
 mod fragments;
 mod frames;
-mod languages;
 mod modules;
 mod pairwise;
-#[path = "../programs/mod.rs"]
-mod programs;
 mod scattering;
 mod search;
 mod soft_shadow_faults;
@@ -57,7 +54,6 @@ fn main() -> ExitCode {
     }
     trials.extend(modules::trials());
     trials.extend(frames::trials());
-    trials.extend(languages::trials());
     trials.extend(pairwise::trials());
     trials.extend(scattering::trials());
     trials.extend(soft_shadows::trials());
