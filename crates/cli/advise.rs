@@ -4,6 +4,7 @@ mod text;
 
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
+use crate::shader::{self, ShaderLanguage};
 use crate::staging::Staging;
 use anyhow::anyhow;
 use evaluation::{
@@ -72,6 +73,9 @@ pub(crate) struct Arguments {
     /// Worker threads; without this one per logical core. The answer does not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// Also write the recommended technique as a shader in this language, into out/.
+    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    shader: Option<ShaderLanguage>,
     #[command(flatten)]
     output: Output,
 }
@@ -123,7 +127,17 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Some(folder) => publish(folder, &pictures)?,
         None => Vec::new(),
     };
-    arguments.output.emit(&advice, |out| text::write(out, &advice, &drawn))?;
+    let shader = advice.hard.recommendation.as_ref().zip(arguments.shader).map(|(choice, language)| {
+        shader::write_advised(choice, language, arguments.candidates.as_deref())
+    });
+    arguments.output.emit(&advice, |out| {
+        text::write(out, &advice, &drawn)?;
+        match &shader {
+            Some(Ok(path)) => writeln!(out, "shader: {}", path.display()),
+            Some(Err(_)) | None => Ok(()),
+        }
+    })?;
+    shader.transpose()?;
     refused(&advice)
 }
 

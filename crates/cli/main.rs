@@ -14,6 +14,7 @@ mod render;
 mod report;
 mod reproduce;
 mod run;
+mod shader;
 mod staging;
 mod storage;
 mod threads;
@@ -43,6 +44,7 @@ enum Verb {
     Reproduce(reproduce::Arguments),
     Completions(manual::Completions),
     Man(manual::Man),
+    Shader(shader::Arguments),
 }
 
 impl Verb {
@@ -58,6 +60,7 @@ impl Verb {
             Self::Reproduce(arguments) => reproduce::execute(arguments),
             Self::Completions(arguments) => manual::completions(arguments, &mut Arguments::command()),
             Self::Man(arguments) => manual::man(arguments, &Arguments::command()),
+            Self::Shader(arguments) => shader::execute(arguments),
         }
     }
 }

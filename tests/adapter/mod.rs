@@ -33,9 +33,15 @@ fn trial(
     available: Result<(), String>,
     test: impl FnOnce() -> Result<(), Failed> + Send + 'static,
 ) -> Trial {
-    let Err(missing) = available else { return Trial::test(name, test) };
+    match available {
+        Ok(()) => Trial::test(name, test),
+        Err(missing) => ignored(name, format!("needs a graphics adapter: {missing}")),
+    }
+}
+
+/// A test that cannot run here, and why.
+pub fn ignored(name: String, reason: String) -> Trial {
     let required = std::env::var("MSM_REQUIRE_GPU").is_ok_and(|v| v == "1");
-    let reason = format!("needs a graphics adapter: {missing}");
     let kind = reason.clone();
     Trial::test(name, move || Err(reason.into())).with_kind(kind).with_ignored_flag(!required)
 }

@@ -22,9 +22,22 @@ pub fn map(
 ) -> Result<Vec<f32>, DeviceError> {
     let declared = depths.map_or("", |_| "@group(0) @binding(2) var depths: texture_2d<f32>;");
     let items = inputs.len() / inputs_each;
-    let source = format!(
+    let source = source(&format!("{functions}\n{declared}"), call, items, [inputs_each, outputs_each]);
+    let mut resources =
+        vec![Resource::Read(bytemuck::cast_slice(inputs)), Resource::Write(items * outputs_each * 4)];
+    resources.extend(depths.map(Resource::Depths));
+    run(&[(&source, "main", groups(items))], &resources, 1)
+}
+
+/// Workgroups for so many items.
+pub fn groups(items: usize) -> u32 {
+    (items as u32).div_ceil(GROUP)
+}
+
+/// The module of [`map`].
+pub fn source(functions: &str, call: &str, items: usize, [inputs_each, outputs_each]: [usize; 2]) -> String {
+    format!(
         "{functions}
-{declared}
 @group(0) @binding(0) var<storage, read> inputs: array<f32>;
 @group(0) @binding(1) var<storage, read_write> outputs: array<f32>;
 @compute @workgroup_size({GROUP})
@@ -35,12 +48,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {{
     {call}
 }}
 "
-    );
-    let mut resources =
-        vec![Resource::Read(bytemuck::cast_slice(inputs)), Resource::Write(items * outputs_each * 4)];
-    resources.extend(depths.map(Resource::Depths));
-    let groups = (items as u32).div_ceil(GROUP);
-    run(&[(&source, "main", groups)], &resources, 1)
+    )
 }
 
 /// What a pass is given, in order of its bindings in group 0.
@@ -63,6 +71,18 @@ pub fn run<T: bytemuck::Pod>(
     read: usize,
 ) -> Result<Vec<T>, DeviceError> {
     let gpu = GraphicsDevice::shared()?;
+    let passes: Vec<_> =
+        passes.iter().map(|(source, entry, groups)| (gpu.shader(source), *entry, *groups)).collect();
+    run_modules(gpu, &passes, resources, read)
+}
+
+/// The same for modules of a device.
+pub fn run_modules<T: bytemuck::Pod>(
+    gpu: &GraphicsDevice,
+    passes: &[(wgpu::ShaderModule, &str, u32)],
+    resources: &[Resource<'_>],
+    read: usize,
+) -> Result<Vec<T>, DeviceError> {
     let entry = |(binding, resource): (u32, &Resource<'_>)| {
         let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
         let ty = match resource {
@@ -117,11 +137,11 @@ pub fn run<T: bytemuck::Pod>(
             ..Default::default()
         });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        for (source, entry, groups) in passes {
+        for (module, entry, groups) in passes {
             let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: None,
                 layout: Some(&pipeline_layout),
-                module: &gpu.shader(source),
+                module,
                 entry_point: Some(entry),
                 compilation_options: Default::default(),
                 cache: None,

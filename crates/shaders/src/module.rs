@@ -89,6 +89,11 @@ impl Module {
         Ok(Self { module, info, entry_points })
     }
 
+    /// All of them, in the order of the text.
+    pub fn entry_points(&self) -> &[EntryPoint] {
+        &self.entry_points
+    }
+
     /// The entry point of a name.
     ///
     /// # Errors

@@ -33,6 +33,7 @@ mod passes;
 mod pcf;
 mod regions;
 mod spec;
+mod standalone;
 mod surfaces;
 mod technique;
 mod techniques;
@@ -51,6 +52,7 @@ pub use regions::{
     KernelField, MipTexel, Position, Pyramid, StoredField, SummedAreaField, encode, filter, resolve,
 };
 pub use spec::{BoundName, Range, TechniqueSpec};
+pub use standalone::{ShadowPass, Surroundings};
 pub use surfaces::SurfaceCounter;
 pub use technique::{Precision, Technique};
 pub use techniques::BiasedMoments;

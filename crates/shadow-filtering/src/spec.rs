@@ -80,6 +80,16 @@ impl BoundName {
         self.0
     }
 
+    /// All of them.
+    pub fn all() -> impl Iterator<Item = Self> {
+        FAMILIES.iter().map(|family| Self(family.name))
+    }
+
+    /// The inequality or bound, and where it stands.
+    pub fn equations(self) -> &'static str {
+        self.family().map_or("", |family| family.equations)
+    }
+
     /// Which moments it bounds, where it is the bound of moments.
     pub fn moments(self) -> Option<MomentBound> {
         self.family().and_then(Family::moments)

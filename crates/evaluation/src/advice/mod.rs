@@ -39,8 +39,7 @@ use soft::SoftCourse;
 use std::path::Path;
 use together::Member;
 
-/// The experiments whose candidates are raced unless a file is given.
-const CANDIDATES: &str = include_str!("../../../../experiments/speed-accuracy.toml");
+/// The experiments whose candidates are raced.
 const SOFT_CANDIDATES: &str = include_str!("../../../../experiments/soft-shadows.toml");
 const SCATTERING_CANDIDATES: &str = include_str!("../../../../experiments/single-scattering.toml");
 
@@ -235,14 +234,7 @@ fn check(options: &AdviceOptions<'_>) -> Result<(), EvaluationError> {
 fn experiment(
     options: &AdviceOptions<'_>,
 ) -> Result<(SpeedAccuracyExperiment, Vec<String>), EvaluationError> {
-    let read = match options.candidates {
-        Some(path) => Experiment::read(path, Scale::Quick, options.seed)?,
-        None => Experiment::parse(Path::new("speed-accuracy.toml"), CANDIDATES, Scale::Quick, options.seed)?,
-    };
-    let Some(mut experiment) = read.settings::<SpeedAccuracyExperiment>().cloned() else {
-        let reason = format!("experiment `{}` is not of kind \"speed-accuracy\"", read.name);
-        return Err(EvaluationError::Value(reason));
-    };
+    let mut experiment = SpeedAccuracyExperiment::of_candidates(options.candidates, options.seed)?;
     experiment.scenery.scenes = vec![options.scene.to_owned()];
     if let Some(kernel) = options.kernel {
         experiment.scenery.kernel = kernel;

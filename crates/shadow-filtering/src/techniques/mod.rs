@@ -24,6 +24,8 @@ pub(crate) struct Family {
     pub(crate) name: &'static str,
     /// Keys of a [`TechniqueSpec`] that it takes, beside those of its storage.
     pub(crate) keys: &'static [&'static str],
+    /// The inequality or bound, and where it stands.
+    pub(crate) equations: &'static str,
     source: Source,
 }
 
@@ -34,31 +36,75 @@ enum Source {
 
 /// All of them; a new one is a line here.
 pub(crate) const FAMILIES: &[Family] = &[
-    own("vsm", &[], variance::parts),
-    own("esm", &["exponent"], exponential::parts),
-    own("evsm", &["exponent", "negative_exponent"], exponential_variance::parts),
-    own("lvsm", &["layers"], layered_variance::parts),
-    own("csm", &["coefficients"], convolution::parts),
-    own("fourier", &["coefficients"], convolution::series_parts),
-    own("certified", &["basis"], certified::parts),
-    moments("hamburger2", MomentBound::Hamburger2),
-    moments("hamburger4", MomentBound::Hamburger4),
-    moments("hamburger6", MomentBound::Hamburger6),
-    moments("hamburger8", MomentBound::Hamburger8),
-    moments("hausdorff4", MomentBound::Hausdorff4),
-    moments("trigonometric4", MomentBound::Trigonometric4),
+    own(
+        "vsm",
+        &[],
+        "Cantelli's inequality for mean and second moment: MSM15 section 2, after Donnelly and Lauritzen 2006",
+        variance::parts,
+    ),
+    own(
+        "esm",
+        &["exponent"],
+        "Markov's inequality for e^(c z), 1 - E[e^(c z)] e^(-c z_f): MSM15 section 2, after Annen et al. 2008 and Salvi 2008",
+        exponential::parts,
+    ),
+    own(
+        "evsm",
+        &["exponent", "negative_exponent"],
+        "Cantelli's inequality for e^(c s) and -e^(-d s), the darker of both: MSM15 section 2, after Lauritzen 2007",
+        exponential_variance::parts,
+    ),
+    own(
+        "lvsm",
+        &["layers"],
+        "Cantelli's inequality in the layer of z_f: MSM15 section 2, after Lauritzen and McCool 2008",
+        layered_variance::parts,
+    ),
+    own(
+        "csm",
+        &["coefficients"],
+        "Fourier series of the shadow test, biased to a lower bound: MSM15 section 2, after Annen et al. 2007",
+        convolution::parts,
+    ),
+    own(
+        "fourier",
+        &["coefficients"],
+        "Fourier series of the shadow test as it is: after Annen et al. 2007",
+        convolution::series_parts,
+    ),
+    own("certified", &["basis"], "Problem 1 of MSM15 by a linear program", certified::parts),
+    moments(
+        "hamburger2",
+        "Cantelli's inequality for biased moments: MSM15 sections 2 and 4.2",
+        MomentBound::Hamburger2,
+    ),
+    moments("hamburger4", "Hamburger 4MSM, MSM15 Algorithm 3; bias, section 4.2", MomentBound::Hamburger4),
+    moments(
+        "hamburger6",
+        "MSM15 Algorithm 2 for six moments, after BHS16 section 2.4",
+        MomentBound::Hamburger6,
+    ),
+    moments("hamburger8", "MSM15 Algorithm 2 for eight moments", MomentBound::Hamburger8),
+    moments("hausdorff4", "Hausdorff 4MSM, MSM15 section 4; bias, section 4.2", MomentBound::Hausdorff4),
+    moments(
+        "trigonometric4",
+        "Trigonometric 4MSM (TMSM), MSM15 section 4; bias, section 4.2",
+        MomentBound::Trigonometric4,
+    ),
 ];
 
 const fn own(
     name: &'static str,
     keys: &'static [&'static str],
+    equations: &'static str,
     parts: fn(&TechniqueSpec) -> Result<Parts, FilteringError>,
 ) -> Family {
-    Family { name, keys, source: Source::Own(parts) }
+    Family { name, keys, equations, source: Source::Own(parts) }
 }
 
-const fn moments(name: &'static str, bound: MomentBound) -> Family {
-    Family { name, keys: &["alpha", "beta", "centre", "range"], source: Source::Moments(bound) }
+const fn moments(name: &'static str, equations: &'static str, bound: MomentBound) -> Family {
+    let keys = &["alpha", "beta", "centre", "range"];
+    Family { name, keys, equations, source: Source::Moments(bound) }
 }
 
 impl Family {

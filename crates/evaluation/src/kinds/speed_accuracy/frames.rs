@@ -233,7 +233,7 @@ mod tests {
     use super::super::records::FrameRoute;
     use super::*;
     use crate::experiment::{Experiment, Scale};
-    use crate::kinds::speed_accuracy::advise::DEFAULT_CANDIDATES;
+    use crate::kinds::speed_accuracy::candidates::DEFAULT_CANDIDATES;
     use std::cell::Cell;
     use std::path::Path;
 

@@ -2,6 +2,7 @@
 //! kernels need; and the cheapest technique that meets a tolerance on a scene.
 
 mod candidate;
+mod candidates;
 mod cost;
 mod frames;
 mod orders;
