@@ -16,6 +16,7 @@ mod local_lights;
 mod scenes;
 mod shadow_rays;
 mod stencil;
+mod translucent;
 mod whole_scenes;
 
 use std::process::ExitCode;
@@ -69,6 +70,7 @@ fn main() -> ExitCode {
     trials.extend(frames::trials());
     trials.extend(local_lights::trials());
     trials.extend(shadow_rays::trials());
+    trials.extend(translucent::trials());
     trials.extend(whole_scenes::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }
