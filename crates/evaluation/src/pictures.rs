@@ -1,6 +1,7 @@
 //! Pictures side by side with magnified parts below, and what their settings may say.
 
 use crate::error::EvaluationError;
+use crate::experiment::keys::{file_name, refuse};
 use crate::fragments::MAX_SIZE;
 use crate::run_directory::RecordedFile;
 use image::{DynamicImage, ImageFormat, Luma, RgbaImage, imageops};
@@ -21,6 +22,26 @@ pub(crate) fn check_output([width, height]: [u32; 2], insets: &[[u32; 3]]) -> Re
         }
     }
     Ok(())
+}
+
+/// Rejects a camera without pixels or with too many.
+pub(crate) fn check_camera(camera: [u32; 2], most: u32) -> Result<(), EvaluationError> {
+    let [width, height] = camera;
+    if camera.iter().any(|side| !(1..=most).contains(side)) {
+        return refuse("camera", format!("camera = {width}x{height} is not between 1 and {most}"));
+    }
+    Ok(())
+}
+
+/// Rejects a picture whose `id` is no file name, or whose output and magnified parts are none.
+pub(crate) fn check_picture(
+    place: &str,
+    id: &str,
+    output: [u32; 2],
+    insets: &[[u32; 3]],
+) -> Result<(), EvaluationError> {
+    file_name(&format!("{place}.id"), "picture", id)?;
+    check_output(output, insets).or_else(|reason| refuse(place, format!("picture `{id}`: {reason}")))
 }
 
 /// Columns of pictures of one size with their magnified parts below.

@@ -10,6 +10,11 @@ impl EvaluationError {
     }
 }
 
+/// Refuses what stands under a key.
+pub(crate) fn refuse<T>(key: impl Into<String>, reason: impl Into<String>) -> Result<T, EvaluationError> {
+    Err(EvaluationError::key(key, reason))
+}
+
 /// Rejects a list that holds a name twice; `list` is its key, `what` an item of it.
 pub(crate) fn unique<'a>(
     (list, name, what): (&str, &str, &str),

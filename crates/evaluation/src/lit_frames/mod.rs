@@ -9,4 +9,4 @@ pub(crate) use light::{MappedLight, Placed, PointMap, on_map};
 pub(crate) use made_anew::{Anew, Lit, Ready, TAP_STREAM, middle_map};
 pub(crate) use scenery::{Scenery, Seen, Sight, Stage, Whole, Window, largest_coordinate};
 pub use settings::ScaledLight;
-pub(crate) use settings::{check_camera, check_zoom};
+pub(crate) use settings::{MAX_FRAME_SIDE, check_zoom};

@@ -1,7 +1,7 @@
 //! Keys that the kinds which sample the light have in common.
 
 use crate::error::EvaluationError;
-use crate::experiment::keys::unique;
+use crate::experiment::keys::{refuse, unique};
 use scenes::{AreaLight, LightView};
 use serde::{Deserialize, Serialize};
 
@@ -16,11 +16,7 @@ pub struct ScaledLight {
 }
 
 /// Largest side of a frame: every frame of every path is shaded.
-const MAX_SIDE: u32 = 2048;
-
-fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
-    Err(EvaluationError::key(key, reason))
-}
+pub(crate) const MAX_FRAME_SIDE: u32 = 2048;
 
 impl ScaledLight {
     /// The light of a view at this scale; refuses views whose light is not in space.
@@ -30,7 +26,7 @@ impl ScaledLight {
                 "view `{}` has no light in space (its light is {}): maps are seen from its points",
                 view.name, view.light
             );
-            return fail("views", reason);
+            return refuse("views", reason);
         };
         let half_axes = half_axes.map(|axis| axis.map(|c| self.scale * c));
         let light = AreaLight::local(outline, centre, half_axes);
@@ -47,25 +43,17 @@ impl ScaledLight {
             if !(light.scale > 0.0 && light.scale <= 1000.0) {
                 let reason =
                     format!("light `{}`: scale = {} does not lie in (0, 1000]", light.name, light.scale);
-                return fail(format!("light[{i}].scale"), reason);
+                return refuse(format!("light[{i}].scale"), reason);
             }
         }
         Ok(())
     }
 }
 
-/// Rejects frames without pixels or with too many.
-pub(crate) fn check_camera([width, height]: [u32; 2]) -> Result<(), EvaluationError> {
-    if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return fail("camera", format!("camera = {width}x{height} is not between 1 and {MAX_SIDE}"));
-    }
-    Ok(())
-}
-
 /// Rejects fields of view that show nothing.
 pub(crate) fn check_zoom(zoom: f64) -> Result<(), EvaluationError> {
     if !(0.1..=100.0).contains(&zoom) {
-        return fail("zoom", format!("zoom = {zoom} does not lie in [0.1, 100]"));
+        return refuse("zoom", format!("zoom = {zoom} does not lie in [0.1, 100]"));
     }
     Ok(())
 }

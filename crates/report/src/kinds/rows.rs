@@ -2,7 +2,7 @@
 
 use crate::error::ReportError;
 use crate::page::{Block, Table, in_percent};
-use evaluation::{RunDirectory, TimedSample, ViewRecord};
+use evaluation::{Role, RunDirectory, TimedSample, ViewRecord};
 use serde::de::DeserializeOwned;
 
 /// Each value once, in the order of their first appearance.
@@ -20,6 +20,25 @@ pub(crate) fn distinct<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec
 pub(crate) fn least_time(samples: &[TimedSample], technique: &str, stage: &str) -> Option<f64> {
     let of_stage = samples.iter().filter(|s| s.technique == technique && s.stage == stage);
     of_stage.map(|s| s.time_ns as f64 / s.items.max(1) as f64).min_by(f64::total_cmp)
+}
+
+/// The same in whole nanoseconds.
+pub(crate) fn least_ns(samples: &[TimedSample], technique: &str, stage: &str) -> Option<String> {
+    least_time(samples, technique, stage).map(|ns| format!("{ns:.0}"))
+}
+
+/// The same in millions of items a second; 0 where nothing was timed.
+pub(crate) fn millions_a_second(samples: &[TimedSample], technique: &str, stage: &str) -> f64 {
+    least_time(samples, technique, stage).map_or(0.0, |ns| 1e3 / ns)
+}
+
+/// Techniques of which a stage was timed.
+pub(crate) fn timed<'a, T: Role>(
+    techniques: &'a [T],
+    samples: &'a [TimedSample],
+    stage: &'a str,
+) -> impl Iterator<Item = &'a T> {
+    techniques.iter().filter(move |technique| least_time(samples, technique.name(), stage).is_some())
 }
 
 /// The tables of a run, each a file of the field's name, beside the experiment where rows are read with it; `some_runs` names

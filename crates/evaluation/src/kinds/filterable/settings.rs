@@ -4,7 +4,7 @@ use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, not_empty, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, check_bias};
-use crate::role::{Role, check_roles};
+use crate::role::{Role, check_names};
 use crate::run::Recorded;
 use applications::{BiasSetting, ShadowMethod};
 use serde::{Deserialize, Serialize};
@@ -95,6 +95,10 @@ pub struct Picture {
 }
 
 impl Role for FilterableTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }
@@ -124,8 +128,7 @@ impl Settings for FilterableExperiment {
         for (i, bias) in self.bias.iter().enumerate() {
             check_bias(bias, &format!("bias[{i}]"))?;
         }
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        check_names(&self.technique, "technique")?;
         (0..self.technique.len()).try_for_each(|i| self.check_technique(i))?;
         if !self.maps.views.is_empty() && self.maps.size == 0 {
             return Err(EvaluationError::key("maps.size", "maps.size = 0 leaves no pixel"));

@@ -4,11 +4,11 @@ use super::method::ScatteringMethod;
 use super::standpoint::StandpointSetting;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
-use crate::experiment::keys::{at_least, file_name, in_key, not_empty, place_of, places_of, unique};
+use crate::experiment::keys::{at_least, in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
-use crate::pictures::check_output;
-use crate::role::{Role, check_roles};
+use crate::pictures::{check_camera, check_output, check_picture};
+use crate::role::{Role, check_names, named};
 use crate::run::Recorded;
 use applications::scattering::{Medium, MediumError};
 use moment_problem::MomentBound;
@@ -177,13 +177,13 @@ fn unstretched() -> f32 {
 }
 
 impl Role for ScatteringTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }
-}
-
-fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
-    Err(EvaluationError::key(key, reason))
 }
 
 /// Rows of fewer texels hold nothing that could be summed.
@@ -204,10 +204,7 @@ impl Settings for SingleScatteringExperiment {
             ("tolerances", self.tolerances.is_empty()),
         ])?;
         at_least([("timing.repetitions", self.timing.repetitions, 1)])?;
-        let [width, height] = self.camera;
-        check_output(self.camera, &[]).or_else(|_| {
-            fail("camera", format!("camera = {width}x{height} is not between 1 and {MAX_SIZE}"))
-        })?;
+        check_camera(self.camera, MAX_SIZE)?;
         self.check_map()?;
         self.medium.of_radius(1.0).map_err(|error| {
             EvaluationError::key(format!("medium.{}", error.key), format!("medium: {error}"))
@@ -216,21 +213,20 @@ impl Settings for SingleScatteringExperiment {
         self.source.draft().map_err(in_key("source"))?;
         for (i, tolerance) in self.tolerances.iter().enumerate() {
             if !(*tolerance > 0.0 && *tolerance < 1.0) {
-                return fail(
+                return refuse(
                     format!("tolerances[{i}]"),
                     format!("tolerance {tolerance} is not between 0 and 1"),
                 );
             }
         }
         if self.frame.contains(&0) {
-            return fail("frame", format!("frame = {:?} has no pixel or no texel", self.frame));
+            return refuse("frame", format!("frame = {:?} has no pixel or no texel", self.frame));
         }
         unique(("standpoint", "name", "standpoint"), self.standpoint.iter().map(|s| s.name.as_str()))?;
         for (i, standpoint) in self.standpoint.iter().enumerate() {
             standpoint.check(&format!("standpoint[{i}]"))?;
         }
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        check_names(&self.technique, "technique")?;
         for (i, technique) in self.technique.iter().enumerate() {
             technique.method.check(&technique.name, &format!("technique[{i}].method"))?;
         }
@@ -270,11 +266,11 @@ impl SingleScatteringExperiment {
                 "rectified = {columns}x{rows}: a map needs {LEAST_COLUMNS} to {MAX_SIZE} columns and {LEAST_ROWS} to \
                  {MAX_SIZE} rows"
             );
-            return fail("rectified", reason);
+            return refuse("rectified", reason);
         }
         if !(0.0..=1.0).contains(&self.guard_band) {
             let reason = format!("guard_band = {} is not in [0, 1]", self.guard_band);
-            return fail("guard_band", reason);
+            return refuse("guard_band", reason);
         }
         Ok(())
     }
@@ -287,7 +283,7 @@ impl SingleScatteringExperiment {
             Some(i) => {
                 let reason =
                     format!("shift {} is not a part of a pixel, above 0 and at most 1", aliasing.shifts[i]);
-                fail(format!("aliasing.shifts[{i}]"), reason)
+                refuse(format!("aliasing.shifts[{i}]"), reason)
             }
             None => Ok(()),
         }
@@ -301,7 +297,7 @@ impl SingleScatteringExperiment {
         ])?;
         stability.alphas.check()?;
         if !(0.0..=1.0).contains(&stability.beta) {
-            return fail("stability.beta", format!("beta = {} is not in [0, 1]", stability.beta));
+            return refuse("stability.beta", format!("beta = {} is not in [0, 1]", stability.beta));
         }
         for (i, format) in stability.formats.iter().enumerate() {
             format.parse::<NumberFormat>().map_err(|error| {
@@ -318,12 +314,12 @@ impl SingleScatteringExperiment {
         for (key, side) in [passes.map_size].iter().chain(&passes.map_sizes).map(|side| ("map_size", *side)) {
             if !(LEAST_ROWS as u32..=MAX_SIZE).contains(&side) {
                 let reason = format!("passes: {key} = {side} is not between {LEAST_ROWS} and {MAX_SIZE}");
-                return fail(format!("passes.{key}"), reason);
+                return refuse(format!("passes.{key}"), reason);
             }
         }
         for output in [passes.output].iter().chain(&passes.outputs) {
             check_output(*output, &[])
-                .or_else(|reason| fail("passes.output", format!("passes: {reason}")))?;
+                .or_else(|reason| refuse("passes.output", format!("passes: {reason}")))?;
         }
         Ok(())
     }
@@ -332,15 +328,13 @@ impl SingleScatteringExperiment {
         unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
         for (i, picture) in self.picture.iter().enumerate() {
             let place = format!("picture[{i}]");
-            file_name(&format!("{place}.id"), "picture", &picture.id)?;
+            check_picture(&place, &picture.id, picture.output, &picture.insets)?;
             self.named(&picture.techniques, &format!("{place}.techniques"))?;
             self.stands(&picture.standpoint, &format!("{place}.standpoint"))?;
-            check_output(picture.output, &picture.insets)
-                .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
             if !(picture.stretch >= 1.0 && picture.stretch.is_finite()) {
                 let reason =
                     format!("picture `{}`: stretch = {} is less than 1", picture.id, picture.stretch);
-                return fail(format!("{place}.stretch"), reason);
+                return refuse(format!("{place}.stretch"), reason);
             }
         }
         Ok(())
@@ -348,7 +342,7 @@ impl SingleScatteringExperiment {
 
     /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
-        places_of(self.technique.iter().map(|t| t.name.as_str()), ("technique", names), key)
+        named(&self.technique, names, key)
     }
 
     /// Where the standpoint of a name stands.

@@ -3,11 +3,11 @@
 use super::method::MethodSetting;
 use super::sweep::Sweep;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, not_empty, place_of, places_of, unique};
+use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
-use crate::pictures::check_output;
-use crate::role::{Role, check_roles};
+use crate::pictures::{check_camera, check_output, check_picture};
+use crate::role::{Role, check_names, named};
 use crate::run::Recorded;
 use crate::timing::TimingSetting;
 use scenes::{AreaLight, LightView};
@@ -143,13 +143,13 @@ impl SoftPicture {
 }
 
 impl Role for SoftTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }
-}
-
-fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
-    Err(EvaluationError::key(key, reason))
 }
 
 impl Settings for SoftShadowsExperiment {
@@ -163,10 +163,7 @@ impl Settings for SoftShadowsExperiment {
             ("light", self.light.is_empty()),
             ("technique", self.technique.is_empty()),
         ])?;
-        let [width, height] = self.camera;
-        check_output(self.camera, &[]).or_else(|_| {
-            fail("camera", format!("camera = {width}x{height} is not between 1 and {MAX_SIZE}"))
-        })?;
+        check_camera(self.camera, MAX_SIZE)?;
         self.truth.nets(self.scenery.seed)?;
         for (i, bias) in self.bias.iter().enumerate() {
             bias.check().map_err(in_key(&format!("bias[{i}]")))?;
@@ -175,13 +172,12 @@ impl Settings for SoftShadowsExperiment {
         for (i, light) in self.light.iter().enumerate() {
             light.sun(&format!("light[{i}]"))?;
         }
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        check_names(&self.technique, "technique")?;
         for (i, technique) in self.technique.iter().enumerate() {
             technique.method.check(&technique.name, &format!("technique[{i}].method"))?;
         }
         if !self.technique[0].method.is_percentage_closer() {
-            return fail("technique[0].method", "technique[0] is no percentage-closer method".to_owned());
+            return refuse("technique[0].method", "technique[0] is no percentage-closer method".to_owned());
         }
         unique(("sweep", "id", "sweep"), self.sweep.iter().map(|sweep| sweep.id.as_str()))?;
         for (i, sweep) in self.sweep.iter().enumerate() {
@@ -196,23 +192,21 @@ impl Settings for SoftShadowsExperiment {
         for (i, picture) in self.picture.iter().enumerate() {
             let place = format!("picture[{i}]");
             self.check_place(picture, &place)?;
-            check_output(picture.size(), &picture.insets)
-                .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
         }
         if let Some(passes) = &self.passes {
             self.named(&passes.techniques, "passes.techniques")?;
             for &output in passes.outputs.iter().chain([&passes.output]) {
-                check_output(output, &[]).or_else(|reason| fail("passes.outputs", reason))?;
+                check_output(output, &[]).or_else(|reason| refuse("passes.outputs", reason))?;
             }
             for &size in passes.map_sizes.iter().chain([&passes.map_size]) {
                 if !(1..=MAX_SIZE).contains(&size) {
                     let reason = format!("map size {size} is not between 1 and {MAX_SIZE}");
-                    return fail("passes.map_sizes", reason);
+                    return refuse("passes.map_sizes", reason);
                 }
                 for &region in passes.regions.iter().chain([&passes.region]) {
                     if !(region > 0.0 && region + 1.0 <= f64::from(size)) {
                         let reason = format!("a region of {region} texels does not fit a map of {size}");
-                        return fail("passes.regions", reason);
+                        return refuse("passes.regions", reason);
                     }
                 }
             }
@@ -222,7 +216,7 @@ impl Settings for SoftShadowsExperiment {
             self.check_place(picture, &place)?;
             if picture.output.is_some() || !picture.insets.is_empty() {
                 let reason = format!("receiver `{}` is drawn as a chart: no output, no insets", picture.id);
-                return fail(place, reason);
+                return refuse(place, reason);
             }
         }
         Ok(())
@@ -250,7 +244,7 @@ impl Settings for SoftShadowsExperiment {
 impl SoftShadowsExperiment {
     /// Whether a picture's file, techniques and light exist.
     fn check_place(&self, picture: &SoftPicture, place: &str) -> Result<(), EvaluationError> {
-        file_name(&format!("{place}.id"), "picture", &picture.id)?;
+        check_picture(place, &picture.id, picture.size(), &picture.insets)?;
         self.named(&picture.techniques, &format!("{place}.techniques"))?;
         self.lit_by(&picture.light, &format!("{place}.light"))?;
         Ok(())
@@ -258,7 +252,7 @@ impl SoftShadowsExperiment {
 
     /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
-        places_of(self.technique.iter().map(|t| t.name.as_str()), ("technique", names), key)
+        named(&self.technique, names, key)
     }
 
     /// Where the light of a name stands.
@@ -289,9 +283,9 @@ impl LightSetting {
                     "light `{}`: {shape} is a place in one scene; views bring such lights",
                     self.name
                 );
-                fail(key, reason)
+                refuse(key, reason)
             }
-            Err(error) => fail(key, format!("light `{}`: {error}", self.name)),
+            Err(error) => refuse(key, format!("light `{}`: {error}", self.name)),
         }
     }
 }

@@ -213,6 +213,10 @@ pub struct ComparisonSetting {
 }
 
 impl Role for CandidateSetting {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }

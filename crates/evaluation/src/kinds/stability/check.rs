@@ -6,7 +6,7 @@ use crate::error::EvaluationError;
 use crate::experiment::keys::{at_least, in_key, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::SceneSettings;
-use crate::role::check_roles;
+use crate::role::check_names;
 use crate::run::Recorded;
 
 /// Most cells along a knob.
@@ -40,8 +40,7 @@ impl Settings for StabilityExperiment {
                 }
             }
         }
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|one| one.name.as_str()))?;
+        check_names(&self.technique, "technique")?;
         for (i, method) in self.technique.iter().enumerate() {
             Prepared::new(method, &format!("technique[{i}]"))?;
         }

@@ -145,6 +145,10 @@ impl StabilityMethod {
 }
 
 impl Role for StabilityMethod {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }

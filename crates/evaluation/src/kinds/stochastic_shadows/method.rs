@@ -1,7 +1,7 @@
 //! A method as an experiment writes it down.
 
 use crate::error::EvaluationError;
-use crate::experiment::keys::in_key;
+use crate::experiment::keys::{in_key, refuse};
 use crate::kinds::soft_shadows::MethodSetting;
 use crate::lit_frames::Anew;
 use crate::role::Role;
@@ -108,9 +108,57 @@ impl StochasticSetting {
         same(self) == same(other)
     }
 
+    /// Bits of a texel over all planes; 0 of a technique that cannot be built.
+    pub(crate) fn bits_per_texel(&self) -> usize {
+        let planes = self.receiver_planes.unwrap_or(self.planes.len());
+        self.build().map_or(0, |technique| planes * technique.bits_per_texel())
+    }
+
     /// The technique of its basis.
     pub(super) fn build(&self) -> Result<Technique, shadow_filtering::FilteringError> {
         self.basis.build()
+    }
+
+    /// Rejects what cannot be filtered; `place` is its key, `name` that of the technique.
+    pub(crate) fn check(&self, name: &str, place: &str) -> Result<(), EvaluationError> {
+        let fail = |key: &str, reason: String| {
+            refuse(format!("{place}{key}"), format!("technique `{name}`: {reason}"))
+        };
+        self.basis.draft().and_then(|technique| technique.check_real_time()).map_err(|error| {
+            let reason = format!("technique `{name}`: {error}");
+            EvaluationError::key(format!("{place}.basis"), reason)
+        })?;
+        match (self.planes.as_slice(), self.receiver_planes) {
+            ([], None) => {
+                return fail("", "planes is empty: zero planes hold no shadow".to_owned());
+            }
+            ([], Some(count)) if !(1..=MAX_PLANES).contains(&count) => {
+                let reason = format!("receiver_planes = {count} is not between 1 and {MAX_PLANES}");
+                return fail(".receiver_planes", reason);
+            }
+            ([_, ..], Some(_)) => {
+                return fail(".planes", "planes and receiver_planes exclude each other".to_owned());
+            }
+            (planes, _) => {
+                if let Some(plane) = planes.iter().find(|plane| !(0.0..=1.0).contains(*plane)) {
+                    let reason = format!("planes: {plane} lies outside of the depth range [0, 1]");
+                    return fail(".planes", reason);
+                }
+                if planes.len() > MAX_PLANES || !planes.windows(2).all(|pair| pair[0] < pair[1]) {
+                    let reason = format!("planes = {planes:?} are not up to {MAX_PLANES} ascending depths");
+                    return fail(".planes", reason);
+                }
+            }
+        }
+        if let Some(side) = self.side
+            && !(1.0 / 64.0..=64.0).contains(&side)
+        {
+            return fail(".side", format!("side = {side} is not between 1/64 and 64"));
+        }
+        self.filter().check().map_err(|error| {
+            let key = format!("{place}.{}", error.key);
+            EvaluationError::key(key, format!("technique `{name}`: {error}"))
+        })
     }
 }
 
@@ -121,6 +169,10 @@ const MAX_PLANES: usize = 64;
 const MAX_SIDE: u32 = 4096;
 
 impl Role for StochasticTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }
@@ -138,54 +190,16 @@ impl StochasticTechnique {
     }
 
     pub(super) fn check(&self, place: &str) -> Result<(), EvaluationError> {
-        let fail = |key: &str, reason: String| {
-            Err(EvaluationError::key(format!("{place}{key}"), format!("technique `{}`: {reason}", self.name)))
-        };
         if let Some(bias) = &self.bias {
             bias.check().map_err(in_key(&format!("{place}.bias")))?;
         }
-        let setting = match self.choice() {
-            None => return fail("", "needs one of `stochastic`, `taps` and `method`".to_owned()),
-            Some(Choice::Anew(anew)) => return anew.check(&self.name, place),
-            Some(Choice::Stochastic(setting)) => setting,
-        };
-        setting.basis.draft().and_then(|technique| technique.check_real_time()).map_err(|error| {
-            let reason = format!("technique `{}`: {error}", self.name);
-            EvaluationError::key(format!("{place}.stochastic.basis"), reason)
-        })?;
-        match (setting.planes.as_slice(), setting.receiver_planes) {
-            ([], None) => {
-                return fail(".stochastic", "planes is empty: zero planes hold no shadow".to_owned());
+        match self.choice() {
+            None => {
+                let reason = "needs one of `stochastic`, `taps` and `method`";
+                refuse(place, format!("technique `{}`: {reason}", self.name))
             }
-            ([], Some(count)) if !(1..=MAX_PLANES).contains(&count) => {
-                let reason = format!("receiver_planes = {count} is not between 1 and {MAX_PLANES}");
-                return fail(".stochastic.receiver_planes", reason);
-            }
-            ([_, ..], Some(_)) => {
-                return fail(
-                    ".stochastic.planes",
-                    "planes and receiver_planes exclude each other".to_owned(),
-                );
-            }
-            (planes, _) => {
-                if let Some(plane) = planes.iter().find(|plane| !(0.0..=1.0).contains(*plane)) {
-                    let reason = format!("planes: {plane} lies outside of the depth range [0, 1]");
-                    return fail(".stochastic.planes", reason);
-                }
-                if planes.len() > MAX_PLANES || !planes.windows(2).all(|pair| pair[0] < pair[1]) {
-                    let reason = format!("planes = {planes:?} are not up to {MAX_PLANES} ascending depths");
-                    return fail(".stochastic.planes", reason);
-                }
-            }
+            Some(Choice::Anew(anew)) => anew.check(&self.name, place),
+            Some(Choice::Stochastic(setting)) => setting.check(&self.name, &format!("{place}.stochastic")),
         }
-        if let Some(side) = setting.side
-            && !(1.0 / 64.0..=64.0).contains(&side)
-        {
-            return fail(".stochastic.side", format!("side = {side} is not between 1/64 and 64"));
-        }
-        setting.filter().check().map_err(|error| {
-            let key = format!("{place}.stochastic.{}", error.key);
-            EvaluationError::key(key, format!("technique `{}`: {error}", self.name))
-        })
     }
 }

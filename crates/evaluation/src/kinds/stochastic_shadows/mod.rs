@@ -17,3 +17,4 @@ pub use records::{
     ModulationRecord, PlaneRecord, StochasticPictureRecord, StochasticRecord, StochasticViewRecord,
 };
 pub use settings::{ModulationSetting, StochasticPicture, StochasticShadowsExperiment};
+pub(crate) use shading::{LitFrame, Named, Traced};

@@ -5,7 +5,7 @@ use super::method::Choice;
 use super::records::ModulationRecord;
 use super::run::Sample;
 use super::settings::StochasticShadowsExperiment;
-use super::shading::{LitFrame, Traced};
+use super::shading::Traced;
 use crate::error::EvaluationError;
 use crate::lit_frames::{Lit, Ready, Seen, Stage, largest_coordinate, middle_map};
 use crate::statistics::rounded;
@@ -41,7 +41,7 @@ pub(super) fn measure(
         let observe = |i: usize,
                        pixels: Option<&[usize]>|
          -> Result<(Vec<Option<Seen>>, Option<Observed>), EvaluationError> {
-            let lit = LitFrame::new(experiment, &scenery, setting.frames[i], (light.of(view)?, &sights[i]))?;
+            let lit = experiment.lit_frame(&scenery, setting.frames[i], (light.of(view)?, &sights[i]))?;
             let Some(pixels) = pixels else { return Ok((lit.seen, None)) };
             let whole = scenery.whole(setting.frames[i])?;
             let largest = largest_coordinate(&scenery.scene.at(setting.frames[i]));
@@ -52,7 +52,7 @@ pub(super) fn measure(
             let samples: Vec<Sample> = pixels.par_iter().filter_map(sample).collect();
             let mut shadows: Vec<Vec<f64>> = vec![Vec::new(); techniques.len()];
             // The same points of the light in both frames, as nothing else should change.
-            for group in lit.groups(&techniques, u64::MAX >> 1, &mut Traced::new())? {
+            for group in lit.groups(&experiment.filtered(&techniques), u64::MAX >> 1, &mut Traced::new())? {
                 for (member, technique) in group.techniques() {
                     let shade = |sample: &Sample| {
                         let shadow = group.shadow(member, experiment.bias(technique), &sample.seen);

@@ -3,7 +3,7 @@
 use super::method::Choice;
 use super::records::StochasticPictureRecord;
 use super::settings::{StochasticPicture, StochasticShadowsExperiment};
-use super::shading::{LitFrame, Traced};
+use super::shading::Traced;
 use crate::error::EvaluationError;
 use crate::kinds::filterable::map_name;
 use crate::lit_frames::{Lit, Ready, Seen, Stage, largest_coordinate, middle_map};
@@ -64,7 +64,7 @@ fn draw_one(
     let view = experiment.view_of(stage, &picture.view)?.ok_or_else(|| fail("has no view".to_owned()))?;
     let light = experiment.light.iter().find(|light| light.name == picture.light);
     let light = light.ok_or_else(|| fail("has no light".to_owned()))?;
-    let lit = LitFrame::new(experiment, &scenery, 0, (light.of(view)?, &sight))?;
+    let lit = experiment.lit_frame(&scenery, 0, (light.of(view)?, &sight))?;
     let whole = scenery.whole(0)?;
     let largest = largest_coordinate(&scenery.scene.at(0));
     let shadows = |shade: &(dyn Fn(&Seen) -> f64 + Sync)| -> Vec<Option<f64>> {
@@ -83,7 +83,8 @@ fn draw_one(
     let known: Vec<Option<f64>> = lit.seen.par_iter().enumerate().map(occluded).collect();
     let techniques = experiment.named(&picture.techniques, &format!("picture[{index}].techniques"))?;
     // A stream of its own: pictures need no other map than these.
-    let groups = lit.groups(&techniques, (u64::MAX >> 2) - index as u64, &mut Traced::new())?;
+    let groups =
+        lit.groups(&experiment.filtered(&techniques), (u64::MAX >> 2) - index as u64, &mut Traced::new())?;
     let map = middle_map(&scenery, &lit.light, 0)?;
     let lit_by = Lit { map: &map, light: &lit.light, truth, triangles: whole.triangles() };
     let mut columns = vec![shaded(&known)];

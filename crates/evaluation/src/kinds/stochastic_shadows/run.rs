@@ -24,9 +24,6 @@ use scenes::{CameraPath, LightView, Movement};
 /// Names of the classes.
 const CLASSES: [&str; 3] = ["all", "penumbra", "contact"];
 
-/// Lookups of a stochastic map: four texels of each of two planes.
-const PLANE_LOOKUPS: usize = 4;
-
 /// A judged pixel.
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
@@ -93,7 +90,7 @@ impl StochasticShadowsExperiment {
             let sight = self.sight(&scenery, self.camera, self.zoom, 0)?;
             for (place, view) in stage.views(&self.scenery.views)?.into_iter().enumerate() {
                 for (index, light) in self.light.iter().enumerate() {
-                    let lit = LitFrame::new(self, &scenery, 0, (light.of(view)?, &sight))?;
+                    let lit = self.lit_frame(&scenery, 0, (light.of(view)?, &sight))?;
                     let stream = ((number * stages.len() + place) * self.light.len() + index) as u64;
                     self.judge((stage, &scenery), &lit, (&truth, index, stream), &mut ledger)?;
                     done += 1;
@@ -154,7 +151,7 @@ impl StochasticShadowsExperiment {
         let mut firsts: Vec<Vec<Option<f64>>> = vec![Vec::new(); techniques.len()];
         for repetition in [1, 0] {
             let mut traced = Traced::new();
-            for group in lit.groups(&techniques, 2 * stream + repetition, &mut traced)? {
+            for group in lit.groups(&self.filtered(&techniques), 2 * stream + repetition, &mut traced)? {
                 let [scene, view, light] = names.map(String::as_str);
                 for (member, technique) in group.techniques() {
                     let shade = |sample: &Sample| group.shadow(member, self.bias(technique), &sample.seen);
@@ -169,7 +166,7 @@ impl StochasticShadowsExperiment {
                     }
                     let (bits_per_texel, mebibytes) = group.memory(member);
                     let planes = group.planes();
-                    let lookups = PLANE_LOOKUPS * planes.min(2);
+                    let lookups = group.lookups();
                     let cost = Cost { planes, size: group.size(), bits_per_texel, mebibytes, lookups };
                     judged[technique] = Some(of_answers(&samples, answers, Some(&firsts[technique]), cost));
                 }

@@ -1,15 +1,17 @@
 //! The TOML keys of the kind `stochastic-shadows`.
 
-use super::method::StochasticTechnique;
+use super::method::{Choice, StochasticTechnique};
+use super::shading::{LitFrame, Named};
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, not_empty, place_of, places_of, unique};
+use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, TruthSetting};
-use crate::lit_frames::{ScaledLight, check_camera, check_zoom};
-use crate::pictures::check_output;
-use crate::role::check_roles;
+use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Scenery, Sight, check_zoom};
+use crate::pictures::{check_camera, check_picture};
+use crate::role::{check_names, named};
 use crate::run::Recorded;
 use crate::timing::TimingSetting;
+use scenes::LightView;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::DepthBias;
 
@@ -83,10 +85,6 @@ pub struct StochasticPicture {
     pub insets: Vec<[u32; 3]>,
 }
 
-fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
-    Err(EvaluationError::key(key, reason))
-}
-
 impl Settings for StochasticShadowsExperiment {
     const KIND: &'static str = "stochastic-shadows";
     const ON_SCENES: bool = true;
@@ -94,16 +92,15 @@ impl Settings for StochasticShadowsExperiment {
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;
         not_empty([("light", self.light.is_empty()), ("technique", self.technique.is_empty())])?;
-        check_camera(self.camera)?;
+        check_camera(self.camera, MAX_FRAME_SIDE)?;
         check_zoom(self.zoom)?;
         if !(self.contact > 0.0 && self.contact <= 1e6) {
-            return fail("contact", format!("contact = {} does not lie in (0, 1e6]", self.contact));
+            return refuse("contact", format!("contact = {} does not lie in (0, 1e6]", self.contact));
         }
         self.truth.nets(self.scenery.seed)?;
         self.bias.check().map_err(in_key("bias"))?;
         ScaledLight::check_all(&self.light)?;
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        check_names(&self.technique, "technique")?;
         for (i, technique) in self.technique.iter().enumerate() {
             technique.check(&format!("technique[{i}]"))?;
         }
@@ -113,13 +110,11 @@ impl Settings for StochasticShadowsExperiment {
         unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
         for (i, picture) in self.picture.iter().enumerate() {
             let place = format!("picture[{i}]");
-            file_name(&format!("{place}.id"), "picture", &picture.id)?;
+            check_picture(&place, &picture.id, picture.output, &picture.insets)?;
             self.named(&picture.techniques, &format!("{place}.techniques"))?;
             check_zoom(picture.zoom)?;
             let lights = self.light.iter().map(|light| light.name.as_str());
             place_of(lights, ("light", &picture.light), &format!("{place}.light"))?;
-            check_output(picture.output, &picture.insets)
-                .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
         }
         Ok(())
     }
@@ -147,7 +142,26 @@ impl Settings for StochasticShadowsExperiment {
 impl StochasticShadowsExperiment {
     /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
-        places_of(self.technique.iter().map(|t| t.name.as_str()), ("technique", names), key)
+        named(&self.technique, names, key)
+    }
+
+    /// Those of these techniques that filter a stochastic map.
+    pub(super) fn filtered(&self, techniques: &[usize]) -> Vec<Named<'_>> {
+        let of = |&index: &usize| match self.technique[index].choice() {
+            Some(Choice::Stochastic(setting)) => Some((index, self.technique[index].name.as_str(), setting)),
+            Some(Choice::Anew(_)) | None => None,
+        };
+        techniques.iter().filter_map(of).collect()
+    }
+
+    /// A frame of a scene that a camera sees.
+    pub(super) fn lit_frame<'s>(
+        &self,
+        scenery: &'s Scenery<'_>,
+        frame: usize,
+        seen: (LightView, &Sight),
+    ) -> Result<LitFrame<'s>, EvaluationError> {
+        LitFrame::new((self.scenery.size, self.scenery.seed), scenery, frame, seen)
     }
 
     /// Depth bias of a technique, with the limit of slopes.

@@ -1,8 +1,7 @@
 //! Stochastic maps of a frame, filtered on their planes, and what they make of surfaces.
 
-use super::method::{Choice, StochasticSetting};
+use super::method::StochasticSetting;
 use super::records::PlaneRecord;
-use super::settings::StochasticShadowsExperiment;
 use crate::error::EvaluationError;
 use crate::lit_frames::{MappedLight, Scenery, Seen, Sight, on_map};
 use crate::statistics::rounded;
@@ -18,14 +17,22 @@ use std::borrow::Cow;
 /// The stream of the taps of the search for edges.
 const EDGE_STREAM: u64 = 0xed6e;
 
+/// Texels of one plane that are read.
+const PLANE_LOOKUPS: usize = 4;
+
+/// A technique's place, name and setting.
+pub(crate) type Named<'a> = (usize, &'a str, &'a StochasticSetting);
+
 /// A frame of a scene under a light.
-pub(super) struct LitFrame<'a> {
-    pub(super) experiment: &'a StochasticShadowsExperiment,
+pub(crate) struct LitFrame<'a> {
+    /// Side of maps of the size 1, and the seed of rays and taps.
+    size: u32,
+    seed: u64,
     scene: Cow<'a, Scene>,
     posed: PosedTriangles<'a>,
     view: LightView,
-    /// With the map of the experiment's size.
-    pub(super) light: MappedLight,
+    /// With the map of that size.
+    pub(crate) light: MappedLight,
     pub(super) seen: Vec<Option<Seen>>,
 }
 
@@ -38,7 +45,7 @@ struct Member {
 }
 
 /// Techniques that are filtered alike, on their planes.
-pub(super) struct Group {
+pub(crate) struct Group {
     members: Vec<Member>,
     light: MappedLight,
     /// Distances of the planes from the light.
@@ -50,17 +57,17 @@ pub(super) struct Group {
 }
 
 /// Maps that were traced already, by side, plane in focus and stream.
-pub(super) type Traced = Vec<((u32, u64, u64), LensMap)>;
+pub(crate) type Traced = Vec<((u32, u64, u64), LensMap)>;
 
 impl<'a> LitFrame<'a> {
-    pub(super) fn new(
-        experiment: &'a StochasticShadowsExperiment,
+    pub(crate) fn new(
+        (size, seed): (u32, u64),
         scenery: &'a Scenery<'_>,
         frame: usize,
         (view, sight): (LightView, &Sight),
     ) -> Result<Self, EvaluationError> {
         let scene = scenery.scene.at(frame);
-        let light = MappedLight::new(&scene, view.clone(), experiment.scenery.size)?;
+        let light = MappedLight::new(&scene, view.clone(), size)?;
         let seen = |pixel: usize| {
             let seen = sight.facing(scenery.scene, pixel, light.placed.middle)?;
             // What lies in the light's plane or behind has no place on maps.
@@ -68,38 +75,34 @@ impl<'a> LitFrame<'a> {
             (distance > 0.0).then_some(seen)
         };
         let seen = (0..sight.depth.len()).into_par_iter().map(seen).collect();
-        Ok(Self { experiment, posed: scenery.posed(frame), scene, view, light, seen })
+        Ok(Self { size, seed, posed: scenery.posed(frame), scene, view, light, seen })
     }
 
     /// Filters what techniques need, those that are filtered alike together. `stream` tells the points of the light.
-    pub(super) fn groups(
+    pub(crate) fn groups(
         &self,
-        techniques: &[usize],
+        techniques: &[Named<'_>],
         stream: u64,
         traced: &mut Traced,
     ) -> Result<Vec<Group>, EvaluationError> {
-        let mut sets: Vec<(&StochasticSetting, Vec<usize>)> = Vec::new();
-        for &index in techniques {
-            let Some(Choice::Stochastic(setting)) = self.experiment.technique[index].choice() else {
-                continue;
-            };
-            match sets.iter_mut().find(|(first, _)| first.shares(setting)) {
-                Some((_, members)) => members.push(index),
-                None => sets.push((setting, vec![index])),
+        let mut sets: Vec<Vec<Named<'_>>> = Vec::new();
+        for &named in techniques {
+            match sets.iter_mut().find(|set| set[0].2.shares(named.2)) {
+                Some(set) => set.push(named),
+                None => sets.push(vec![named]),
             }
         }
-        sets.into_iter().map(|(setting, members)| self.group(setting, &members, stream, traced)).collect()
+        sets.into_iter().map(|set| self.group(&set, stream, traced)).collect()
     }
 
     fn group(
         &self,
-        setting: &StochasticSetting,
-        techniques: &[usize],
+        techniques: &[Named<'_>],
         stream: u64,
         traced: &mut Traced,
     ) -> Result<Group, EvaluationError> {
-        let seed = self.experiment.scenery.seed;
-        let size = setting.size(self.experiment.scenery.size);
+        let (seed, setting) = (self.seed, techniques[0].2);
+        let size = setting.size(self.size);
         let light = MappedLight::new(&self.scene, self.view.clone(), size)?;
         let depths = self.depths(setting);
         let distance = |depth: f64| light.frame.near + depth * light.frame.depth_range;
@@ -114,12 +117,10 @@ impl<'a> LitFrame<'a> {
         };
         let mut members = Vec::new();
         let mut channels = 0;
-        for &technique in techniques {
-            let of = &self.experiment.technique[technique];
-            let Some(Choice::Stochastic(setting)) = of.choice() else { continue };
+        for &(technique, name, setting) in techniques {
             let basis = setting
                 .build()
-                .map_err(|error| EvaluationError::Value(format!("technique `{}`: {error}", of.name)))?;
+                .map_err(|error| EvaluationError::Value(format!("technique `{name}`: {error}")))?;
             let first = channels;
             channels += basis.channels();
             members.push(Member { technique, first, basis, blend_shadows: setting.blend_shadows });
@@ -219,7 +220,7 @@ pub(super) fn lens(light: &MappedLight) -> Lens {
 
 impl Group {
     /// Techniques of the group, by their place among its members.
-    pub(super) fn techniques(&self) -> impl Iterator<Item = (usize, usize)> {
+    pub(crate) fn techniques(&self) -> impl Iterator<Item = (usize, usize)> {
         self.members.iter().enumerate().map(|(place, member)| (place, member.technique))
     }
 
@@ -232,6 +233,11 @@ impl Group {
 
     pub(super) fn planes(&self) -> usize {
         self.planes.len()
+    }
+
+    /// Texels that are read for a surface.
+    pub(crate) fn lookups(&self) -> usize {
+        PLANE_LOOKUPS * self.planes().min(2)
     }
 
     pub(super) fn size(&self) -> u32 {
@@ -256,7 +262,7 @@ impl Group {
     }
 
     /// The shadow of a surface by a member; nothing where no sample reaches it.
-    pub(super) fn shadow(
+    pub(crate) fn shadow(
         &self,
         member: usize,
         bias: (&DepthBias, f64),

@@ -2,7 +2,7 @@
 
 use super::method::Choice;
 use super::settings::StochasticShadowsExperiment;
-use super::shading::{LitFrame, Traced};
+use super::shading::Traced;
 use crate::error::EvaluationError;
 use crate::lit_frames::{Lit, Ready, Seen, Stage, middle_map};
 use crate::timing::{TimedSample, alone};
@@ -18,7 +18,7 @@ pub(super) fn time(
     let sight = experiment.sight(&scenery, experiment.camera, experiment.zoom, 0)?;
     let Some(view) = experiment.view_of(stage, "")? else { return Ok(Vec::new()) };
     let light = &experiment.light[(experiment.light.len() - 1) / 2];
-    let lit = LitFrame::new(experiment, &scenery, 0, (light.of(view)?, &sight))?;
+    let lit = experiment.lit_frame(&scenery, 0, (light.of(view)?, &sight))?;
     let map = middle_map(&scenery, &lit.light, 0)?;
     let (truth, whole) = (experiment.truth.nets(experiment.scenery.seed)?, scenery.whole(0)?);
     let lit_by = Lit { map: &map, light: &lit.light, truth: &truth, triangles: whole.triangles() };
@@ -40,9 +40,9 @@ pub(super) fn time(
                     Some(Choice::Stochastic(_)) => {
                         // Rays first, so that only the filter is timed.
                         let mut traced = Traced::new();
-                        lit.groups(&[index], 0, &mut traced)?;
+                        lit.groups(&experiment.filtered(&[index]), 0, &mut traced)?;
                         let begin = Instant::now();
-                        let groups = lit.groups(&[index], 0, &mut traced)?;
+                        let groups = lit.groups(&experiment.filtered(&[index]), 0, &mut traced)?;
                         let side = groups.first().map_or(0, |group| group.size() as usize);
                         push(&technique.name, "filter", side * side, begin);
                         let begin = Instant::now();

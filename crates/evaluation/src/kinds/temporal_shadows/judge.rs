@@ -7,6 +7,7 @@ use super::records::TemporalViewRecord;
 use super::run::{Ledger, Lighting, LitPixels, Plan, Track};
 use crate::error::EvaluationError;
 use crate::fragments::{SceneSettings, chosen};
+use crate::kinds::stochastic_shadows::{LitFrame, Named, Traced};
 use crate::lit_frames::{Lit, MappedLight, Ready, Scenery, Seen, Sight, Stage, middle_map};
 use crate::statistics::rounded;
 use applications::rays::Triangles;
@@ -64,6 +65,7 @@ impl Plan<'_> {
         let mut ready = std::mem::take(&mut lighting.ready);
         ready.resize_with(experiment.technique.len(), || None);
         let of = (lit_by(&map), before.as_ref().map(lit_by));
+        let is_last = experiment.path[at.path].judged.last() == Some(&(at.frame + 1));
         for (index, technique) in experiment.technique.iter().enumerate() {
             if lighting.tracks[index].is_none() && matches!(technique.choice, MethodChoice::Temporal(_)) {
                 continue;
@@ -75,6 +77,10 @@ impl Plan<'_> {
                 }
                 MethodChoice::Taps(_) | MethodChoice::Soft(_) => {
                     self.made_anew((at, index), &samples, &of, &mut ready[index])
+                }
+                MethodChoice::Stochastic(_) if !is_last => continue,
+                MethodChoice::Stochastic(setting) => {
+                    self.filtered(at, (index, technique.name.as_str(), setting), light, &samples)?
                 }
             };
             let key = [lighting.setting, at.path, at.frame, index];
@@ -90,7 +96,7 @@ impl Plan<'_> {
         album.take(self, &shown, &of.0, |index| {
             lighting.tracks[index].as_ref().map(|track| track.shown.as_slice())
         })?;
-        if experiment.path[at.path].judged.last() == Some(&(at.frame + 1)) {
+        if is_last {
             ledger.views.push(self.view_record(at, lighting, lit, &samples));
         }
         if at.constant {
@@ -174,6 +180,36 @@ impl Plan<'_> {
         (paired.map(|(outcome, sample)| outcome.unwrap_or_else(|_| failed(sample))).collect(), reason)
     }
 
+    /// Outcomes of a stochastic map of this frame; that of the frame before tells the flicker.
+    fn filtered(
+        &self,
+        at: &At<'_>,
+        technique: Named<'_>,
+        light: &MappedLight,
+        samples: &[Sample],
+    ) -> Result<(Vec<Outcome>, String), EvaluationError> {
+        let SceneSettings { size, seed, .. } = self.experiment.scenery;
+        let bias = self.bias(technique.0);
+        let shadows = |frame: usize| -> Result<(Vec<Result<f64, String>>, usize), EvaluationError> {
+            let lit = LitFrame::new((size, seed), at.scenery, frame, (light.view.clone(), at.sight))?;
+            let groups = lit.groups(&[technique], frame as u64, &mut Traced::new())?;
+            let group = &groups[0];
+            // Where no sample reaches, nothing blocks.
+            let shade = |sample: &Sample| Ok(group.shadow(0, bias, &sample.seen)?.unwrap_or(0.0));
+            Ok((samples.par_iter().map(shade).collect(), group.lookups()))
+        };
+        let (now, lookups) = shadows(at.frame)?;
+        let before = if at.frame == 0 { None } else { Some(shadows(at.frame - 1)?.0) };
+        let reason = now.iter().find_map(|shadow| shadow.as_ref().err().cloned()).unwrap_or_default();
+        let judged = |(i, sample): (usize, &Sample)| {
+            let shadow = now[i].as_ref().map_or(f64::NAN, |shadow| *shadow);
+            let last = before.as_ref().and_then(|before| before[i].as_ref().ok());
+            let flicker = last.filter(|_| sample.is_unchanged(at)).map(|last| (shadow - last).abs() as f32);
+            Outcome { flicker, lookups: lookups as f32, ..outcome(at, sample, shadow) }
+        };
+        Ok((samples.iter().enumerate().map(judged).collect(), reason))
+    }
+
     /// Depth bias of a technique, with the limit of slopes.
     pub(super) fn bias(&self, index: usize) -> (&DepthBias, f64) {
         let own = self.experiment.technique[index].bias.as_ref();
@@ -193,6 +229,7 @@ impl Plan<'_> {
                 // Four channels, one buffer to read and one to write.
                 (1 + usize::from(method.centre_map), 2 * 4 * bytes, 32)
             }
+            MethodChoice::Stochastic(setting) => (1, 0, setting.bits_per_texel()),
             MethodChoice::Taps(_) | MethodChoice::Soft(_) => {
                 (1, 0, technique.choice.anew().map_or(0, |method| method.bits_per_texel()))
             }

@@ -3,6 +3,7 @@
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
 use crate::kinds::soft_shadows::MethodSetting;
+use crate::kinds::stochastic_shadows::StochasticSetting;
 use crate::lit_frames::Anew;
 use crate::role::Role;
 use applications::temporal::{FilterSource, MovingCasters, TemporalMethod};
@@ -33,9 +34,11 @@ pub enum MethodChoice {
     Taps(usize),
     /// A method of the kind `soft-shadows`, made anew for each frame.
     Soft(MethodSetting),
+    /// A stochastic map a frame, of the kind `stochastic-shadows`; judged in the last judged frame of each path.
+    Stochastic(Box<StochasticSetting>),
 }
 
-/// As it stands in the file: one of the three keys.
+/// As it stands in the file: one of the four keys.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -50,6 +53,8 @@ struct Written {
     taps: Option<usize>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     method: Option<MethodSetting>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    stochastic: Option<Box<StochasticSetting>>,
 }
 
 /// How shadows are gathered. Left out, every key is as TC09 publishes it.
@@ -171,14 +176,19 @@ impl TryFrom<Written> for TemporalTechnique {
     type Error = String;
 
     fn try_from(written: Written) -> Result<Self, String> {
-        let Written { name, role, bias, gather, taps, method } = written;
-        let choice = match (gather, taps, method) {
-            (Some(gather), None, None) => MethodChoice::Temporal(
+        let Written { name, role, bias, gather, taps, method, stochastic } = written;
+        let choice = match (gather, taps, method, stochastic) {
+            (Some(gather), None, None, None) => MethodChoice::Temporal(
                 gather.method().map_err(|error| format!("technique `{name}`: {error}"))?,
             ),
-            (None, Some(taps), None) => MethodChoice::Taps(taps),
-            (None, None, Some(method)) => MethodChoice::Soft(method),
-            _ => return Err(format!("technique `{name}` needs one of `gather`, `taps` and `method`")),
+            (None, Some(taps), None, None) => MethodChoice::Taps(taps),
+            (None, None, Some(method), None) => MethodChoice::Soft(method),
+            (None, None, None, Some(setting)) => MethodChoice::Stochastic(setting),
+            _ => {
+                return Err(format!(
+                    "technique `{name}` needs one of `gather`, `taps`, `method` and `stochastic`"
+                ));
+            }
         };
         Ok(Self { name, role, bias, choice })
     }
@@ -192,21 +202,26 @@ impl From<TemporalTechnique> for Written {
             MethodChoice::Temporal(method) => Self { gather: Some(GatherSetting::of(&method)), ..written },
             MethodChoice::Taps(taps) => Self { taps: Some(taps), ..written },
             MethodChoice::Soft(method) => Self { method: Some(method), ..written },
+            MethodChoice::Stochastic(setting) => Self { stochastic: Some(setting), ..written },
         }
     }
 }
 
 impl Role for TemporalTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }
 }
 
 impl MethodChoice {
-    /// Nothing for methods that gather.
+    /// Nothing for methods that gather or sample the light.
     pub(super) fn anew(&self) -> Option<Anew<'_>> {
         match self {
-            Self::Temporal(_) => None,
+            Self::Temporal(_) | Self::Stochastic(_) => None,
             Self::Taps(taps) => Some(Anew::Taps(*taps)),
             Self::Soft(method) => Some(Anew::Soft(method)),
         }
@@ -225,6 +240,7 @@ impl TemporalTechnique {
             }),
             MethodChoice::Taps(taps) => Anew::Taps(*taps).check(&self.name, place),
             MethodChoice::Soft(method) => Anew::Soft(method).check(&self.name, place),
+            MethodChoice::Stochastic(setting) => setting.check(&self.name, &format!("{place}.stochastic")),
         }
     }
 }

@@ -57,7 +57,7 @@ pub struct TemporalRecord {
     pub maps: usize,
     /// Bytes of a pixel of the shadow buffers, both of them.
     pub bytes_per_pixel: usize,
-    /// Bits of a texel of the map or table.
+    /// Bits of a texel of the map or table, of all planes where there are several.
     pub bits_per_texel: usize,
     /// Pixels without an answer.
     pub failed: usize,

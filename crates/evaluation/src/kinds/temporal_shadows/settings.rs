@@ -2,12 +2,12 @@
 
 use super::method::{MethodChoice, TemporalTechnique};
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, not_empty, unique};
+use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, TruthSetting};
-use crate::lit_frames::{ScaledLight, Window, check_camera, check_zoom};
-use crate::pictures::check_output;
-use crate::role::check_roles;
+use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Window, check_zoom};
+use crate::pictures::{check_camera, check_picture};
+use crate::role::{check_names, named};
 use crate::run::Recorded;
 use crate::timing::TimingSetting;
 use scenes::{CameraPath, Movement};
@@ -104,10 +104,6 @@ pub struct TemporalPicture {
 /// Most frames of a path.
 const MAX_FRAMES: usize = 1 << 16;
 
-fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
-    Err(EvaluationError::key(key, reason))
-}
-
 impl PathSetting {
     /// Whether neither camera nor scene moves.
     pub fn is_still(&self) -> bool {
@@ -135,23 +131,23 @@ impl PathSetting {
             let reason = format!(
                 "path `{name}`: frames = {frames} is not between 2 and {MAX_FRAMES}: shadows are gathered over time"
             );
-            return fail(format!("{place}.frames"), reason);
+            return refuse(format!("{place}.frames"), reason);
         }
         if self.degrees.is_nan() || self.degrees.abs() > 180.0 {
             let reason = format!("path `{name}`: degrees = {} is not between -180 and 180", self.degrees);
-            return fail(format!("{place}.degrees"), reason);
+            return refuse(format!("{place}.degrees"), reason);
         }
         if self.judged.is_empty() {
-            return fail(format!("{place}.judged"), format!("path `{name}`: judged is empty"));
+            return refuse(format!("{place}.judged"), format!("path `{name}`: judged is empty"));
         }
         let ascends = self.judged.windows(2).all(|pair| pair[0] < pair[1]);
         if let Some(frame) = self.judged.iter().find(|frame| !(1..=*frames).contains(frame)) {
             let reason = format!("path `{name}`: judged frame {frame} is none of its 1 to {frames}");
-            return fail(format!("{place}.judged"), reason);
+            return refuse(format!("{place}.judged"), reason);
         }
         if !ascends {
             let reason = format!("path `{name}`: judged = {:?} does not ascend", self.judged);
-            return fail(format!("{place}.judged"), reason);
+            return refuse(format!("{place}.judged"), reason);
         }
         Ok(())
     }
@@ -169,9 +165,9 @@ impl Settings for TemporalShadowsExperiment {
             ("technique", self.technique.is_empty()),
             ("counting.frames", self.counting.frames.is_empty()),
         ])?;
-        check_camera(self.camera)?;
+        check_camera(self.camera, MAX_FRAME_SIDE)?;
         if !(0.0..=1.0).contains(&self.overscan) {
-            return fail("overscan", format!("overscan = {} does not lie in [0, 1]", self.overscan));
+            return refuse("overscan", format!("overscan = {} does not lie in [0, 1]", self.overscan));
         }
         check_zoom(self.zoom)?;
         self.truth.nets(self.scenery.seed)?;
@@ -181,19 +177,18 @@ impl Settings for TemporalShadowsExperiment {
         for (i, path) in self.path.iter().enumerate() {
             path.check(&format!("path[{i}]"))?;
         }
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        check_names(&self.technique, "technique")?;
         for (i, technique) in self.technique.iter().enumerate() {
             technique.check(&format!("technique[{i}]"))?;
         }
         if !(1..=4096).contains(&self.counting.pixels) {
-            return fail(
+            return refuse(
                 "counting.pixels",
                 format!("pixels = {} is not between 1 and 4096", self.counting.pixels),
             );
         }
         if let Some(frames) = self.counting.frames.iter().find(|frames| !(1..=1 << 20).contains(*frames)) {
-            return fail("counting.frames", format!("frames = {frames} is not between 1 and 2^20"));
+            return refuse("counting.frames", format!("frames = {frames} is not between 1 and 2^20"));
         }
         unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
         for (i, picture) in self.picture.iter().enumerate() {
@@ -231,34 +226,35 @@ impl TemporalShadowsExperiment {
     pub(super) fn gathering(&self) -> impl Iterator<Item = (usize, &applications::temporal::TemporalMethod)> {
         self.technique.iter().enumerate().filter_map(|(i, technique)| match &technique.choice {
             MethodChoice::Temporal(method) => Some((i, method)),
-            MethodChoice::Taps(_) | MethodChoice::Soft(_) => None,
+            MethodChoice::Taps(_) | MethodChoice::Soft(_) | MethodChoice::Stochastic(_) => None,
         })
     }
 
     fn check_picture(&self, picture: &TemporalPicture, place: &str) -> Result<(), EvaluationError> {
-        file_name(&format!("{place}.id"), "picture", &picture.id)?;
-        let undefined = |key: &str, what: &str, name: &str| {
-            fail(format!("{place}.{key}"), format!("{place}.{key}: {what} `{name}` is not defined"))
-        };
-        if !self.light.iter().any(|light| light.name == picture.light) {
-            return undefined("light", "light", &picture.light);
+        check_picture(place, &picture.id, self.camera, &picture.insets)?;
+        let lights = self.light.iter().map(|light| light.name.as_str());
+        place_of(lights, ("light", &picture.light), &format!("{place}.light"))?;
+        let paths = self.path.iter().map(|path| path.name.as_str());
+        let path = &self.path[place_of(paths, ("path", &picture.path), &format!("{place}.path"))?];
+        let key = format!("{place}.techniques");
+        for index in named(&self.technique, &picture.techniques, &key)? {
+            if matches!(self.technique[index].choice, MethodChoice::Stochastic(_)) {
+                let name = &self.technique[index].name;
+                return refuse(
+                    key,
+                    format!("technique `{name}`: stochastic maps are drawn by their own kind"),
+                );
+            }
         }
-        let Some(path) = self.path.iter().find(|path| path.name == picture.path) else {
-            return undefined("path", "path", &picture.path);
-        };
-        let known = |name: &&String| self.technique.iter().any(|technique| technique.name == **name);
-        if let Some(name) = picture.techniques.iter().find(|name| !known(name)) {
-            return undefined("techniques", "technique", name);
-        }
-        if picture.techniques.is_empty() || picture.frames.is_empty() {
-            return fail(place, format!("picture `{}` shows nothing", picture.id));
+        let frames = format!("{place}.frames");
+        if picture.frames.is_empty() {
+            return refuse(frames, format!("picture `{}` shows no frame", picture.id));
         }
         if let Some(frame) = picture.frames.iter().find(|frame| !path.judged.contains(frame)) {
             let reason =
                 format!("picture `{}`: frame {frame} is not judged on path `{}`", picture.id, path.name);
-            return fail(format!("{place}.frames"), reason);
+            return refuse(frames, reason);
         }
-        check_output(self.camera, &picture.insets)
-            .or_else(|reason| fail(place, format!("picture `{}`: {reason}", picture.id)))
+        Ok(())
     }
 }

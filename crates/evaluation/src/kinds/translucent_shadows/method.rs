@@ -81,6 +81,10 @@ fn opaque_moments() -> Result<TechniqueSpec, FilteringError> {
 }
 
 impl Role for TranslucentTechnique {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
     fn role(&self) -> Option<&str> {
         self.role.as_deref()
     }

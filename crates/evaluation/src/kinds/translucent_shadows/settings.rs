@@ -3,12 +3,12 @@
 use super::method::TranslucentTechnique;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
-use crate::experiment::keys::{at_least, file_name, not_empty, places_of, unique};
+use crate::experiment::keys::{at_least, not_empty, refuse, unique};
 use crate::experiment::kind::{RunContext, Settings};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::lit_frames::check_zoom;
-use crate::pictures::check_output;
-use crate::role::check_roles;
+use crate::pictures::check_picture;
+use crate::role::{check_names, named};
 use crate::run::Recorded;
 use applications::BiasSetting;
 use moment_problem::MomentBound;
@@ -90,10 +90,6 @@ pub struct TranslucentPicture {
 /// Most layers that are blended into a texel.
 const MOST_LAYERS: usize = 4096;
 
-fn fail<T>(key: impl Into<String>, reason: String) -> Result<T, EvaluationError> {
-    Err(EvaluationError::key(key, reason))
-}
-
 impl TranslucentStability {
     /// The formats, whose names were checked.
     pub(super) fn number_formats(&self) -> Vec<NumberFormat> {
@@ -109,22 +105,22 @@ impl TranslucentStability {
         ])?;
         at_least([("stability.trials", self.trials, 1)])?;
         if let Some(opacity) = self.opacities.iter().find(|opacity| !(0.0..=1.0).contains(*opacity)) {
-            return fail(
+            return refuse(
                 "stability.opacities",
                 format!("stability.opacities: {opacity} lies outside of [0, 1]"),
             );
         }
         if let Some(layers) = self.layers.iter().find(|layers| !(1..=MOST_LAYERS).contains(*layers)) {
             let reason = format!("stability.layers: {layers} is not between 1 and {MOST_LAYERS}");
-            return fail("stability.layers", reason);
+            return refuse("stability.layers", reason);
         }
         for format in &self.formats {
             if let Err(error) = format.parse::<NumberFormat>() {
-                return fail("stability.formats", format!("stability.formats: {error}"));
+                return refuse("stability.formats", format!("stability.formats: {error}"));
             }
         }
         if !(0.0..1.0).contains(&self.alpha) {
-            return fail("stability.alpha", format!("stability.alpha = {} is not in [0, 1)", self.alpha));
+            return refuse("stability.alpha", format!("stability.alpha = {} is not in [0, 1)", self.alpha));
         }
         self.alphas.check()
     }
@@ -138,8 +134,7 @@ impl Settings for TranslucentShadowsExperiment {
         self.scenery.check(true)?;
         not_empty([("technique", self.technique.is_empty())])?;
         check_bias(&self.bias, "bias")?;
-        check_roles(&self.technique, "technique")?;
-        unique(("technique", "name", "technique"), self.technique.iter().map(|t| t.name.as_str()))?;
+        check_names(&self.technique, "technique")?;
         for (i, technique) in self.technique.iter().enumerate() {
             technique.check(&format!("technique[{i}]"))?;
         }
@@ -150,11 +145,9 @@ impl Settings for TranslucentShadowsExperiment {
         unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
         for (i, picture) in self.picture.iter().enumerate() {
             let place = format!("picture[{i}]");
-            file_name(&format!("{place}.id"), "picture", &picture.id)?;
+            check_picture(&place, &picture.id, picture.output, &picture.insets)?;
             self.named(&picture.techniques, &format!("{place}.techniques"))?;
             check_zoom(picture.zoom)?;
-            check_output(picture.output, &picture.insets)
-                .or_else(|reason| fail(place.as_str(), format!("picture `{}`: {reason}", picture.id)))?;
         }
         Ok(())
     }
@@ -184,6 +177,6 @@ impl Settings for TranslucentShadowsExperiment {
 impl TranslucentShadowsExperiment {
     /// Where techniques of these names stand.
     pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
-        places_of(self.technique.iter().map(|t| t.name.as_str()), ("technique", names), key)
+        named(&self.technique, names, key)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::order;
 use super::summary::FilterableTables;
-use crate::kinds::rows::{distinct, least_time, views};
+use crate::kinds::rows::{distinct, least_ns, least_time, views};
 use crate::page::{Block, Table, Text, in_percent, row};
 use evaluation::{DepthBias, FilterableRecord};
 
@@ -140,8 +140,7 @@ fn agreement(tables: &FilterableTables<'_>) -> Vec<Block> {
 }
 
 fn cost(tables: &FilterableTables<'_>) -> Vec<Block> {
-    let time =
-        |technique: &str, stage| least_time(&tables.samples, technique, stage).map(|ns| format!("{ns:.0}"));
+    let time = |technique: &str, stage| least_ns(&tables.samples, technique, stage);
     let is_timed = |r: &&FilterableRecord| least_time(&tables.samples, &r.technique, "shade").is_some();
     let table = Table::of(tables.pooled(0).into_iter().filter(is_timed))
         .left("technique", |r| &r.technique)

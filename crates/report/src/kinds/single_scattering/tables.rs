@@ -2,7 +2,7 @@
 
 use super::summary::{ALL, ScatteringTables};
 use super::{passes, smallest};
-use crate::kinds::rows::{distinct, least_time};
+use crate::kinds::rows::{distinct, least_ns, least_time, millions_a_second};
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{EdgeRecord, ScatteringPicture, ScatteringRecord, StoredBiasRecord};
 
@@ -271,8 +271,7 @@ fn truth(tables: &ScatteringTables<'_>) -> Vec<Block> {
 }
 
 fn cost(tables: &ScatteringTables<'_>) -> Vec<Block> {
-    let time =
-        |technique: &str, stage| least_time(&tables.samples, technique, stage).map(|ns| format!("{ns:.0}"));
+    let time = |technique: &str, stage| least_ns(&tables.samples, technique, stage);
     let per_ray = |technique: &str| {
         least_time(&tables.samples, technique, "look up").or(least_time(&tables.samples, technique, "march"))
     };
@@ -283,7 +282,7 @@ fn cost(tables: &ScatteringTables<'_>) -> Vec<Block> {
         .right("encode and sum, ns a texel", |t| time(&t.name, "prefix"))
         .right("ns a view ray", |t| per_ray(&t.name).map(|ns| format!("{ns:.0}")));
     let walk = least_time(&tables.samples, "truth", "walk").unwrap_or_default();
-    let rays = least_time(&tables.samples, "truth", "rays").map_or(0.0, |ns| 1e3 / ns);
+    let rays = millions_a_second(&tables.samples, "truth", "rays");
     let note = Text::from(format!(
         "On the first camera, the least of the recorded repetitions. The exact walk takes {walk:.0} ns a view ray, shadow rays \
          {rays:.2} million a second."

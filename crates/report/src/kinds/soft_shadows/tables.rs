@@ -2,7 +2,7 @@
 
 use super::summary::SoftTables;
 use super::sweeps;
-use crate::kinds::rows::{distinct, least_time};
+use crate::kinds::rows::{distinct, least_ns, millions_a_second, timed};
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{DepthBias, Population, SoftPicture, SoftRecord};
 
@@ -228,18 +228,12 @@ fn truth(tables: &SoftTables<'_>) -> Vec<Block> {
 }
 
 fn cost(tables: &SoftTables<'_>) -> Vec<Block> {
-    let time =
-        |technique: &str, stage| least_time(&tables.samples, technique, stage).map(|ns| format!("{ns:.0}"));
-    let timed = tables
-        .experiment
-        .technique
-        .iter()
-        .filter(|t| least_time(&tables.samples, &t.name, "shade").is_some());
-    let table = Table::of(timed)
+    let time = |technique: &str, stage| least_ns(&tables.samples, technique, stage);
+    let table = Table::of(timed(&tables.experiment.technique, &tables.samples, "shade"))
         .left("technique", |t| &t.name)
         .right("encode and sum, ns a texel", |t| time(&t.name, "sum"))
         .right("shade, ns a fragment", |t| time(&t.name, "shade"));
-    let rays = least_time(&tables.samples, "truth", "rays").map_or(0.0, |ns| 1e3 / ns);
+    let rays = millions_a_second(&tables.samples, "truth", "rays");
     let note = Text::from(format!(
         "On the first view under the last light, double precision unless the name says otherwise, the least of the recorded \
          repetitions. The truth takes {rays:.2} million rays a second."

@@ -1,7 +1,7 @@
 //! The tables of a `stochastic-shadows` run, each with a note on how to read it.
 
 use super::summary::{BASES, CHANGES, OTHERS, StochasticTables};
-use crate::kinds::rows::least_time;
+use crate::kinds::rows::{least_ns, millions_a_second, timed};
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{StochasticPicture, StochasticRecord};
 
@@ -197,18 +197,12 @@ fn truth(tables: &StochasticTables<'_>) -> Vec<Block> {
 }
 
 fn cost(tables: &StochasticTables<'_>) -> Vec<Block> {
-    let time =
-        |technique: &str, stage| least_time(&tables.samples, technique, stage).map(|ns| format!("{ns:.0}"));
-    let timed = tables
-        .experiment
-        .technique
-        .iter()
-        .filter(|t| least_time(&tables.samples, &t.name, "shade").is_some());
-    let table = Table::of(timed)
+    let time = |technique: &str, stage| least_ns(&tables.samples, technique, stage);
+    let table = Table::of(timed(&tables.experiment.technique, &tables.samples, "shade"))
         .left("technique", |t| &t.name)
         .right("all planes or sums, ns a texel", |t| time(&t.name, "filter"))
         .right("shade, ns a pixel", |t| time(&t.name, "shade"));
-    let rays = least_time(&tables.samples, "", "rays").map_or(0.0, |ns| 1e3 / ns);
+    let rays = millions_a_second(&tables.samples, "", "rays");
     let note = Text::from(format!(
         "On the first scene, the least of the recorded repetitions; the map takes {rays:.2} million rays a second."
     ));

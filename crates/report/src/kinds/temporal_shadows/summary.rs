@@ -21,8 +21,17 @@ tables! {
 }
 
 /// Roles of the methods that people ask for: what gathers, then what does not.
-pub(super) const ASKED: [&str; 7] =
-    ["sampling", "published", "mended", "PCSS 16/16", "PCSS 32/32", "two moments", "four moments"];
+pub(super) const ASKED: [&str; 9] = [
+    "sampling",
+    "published",
+    "mended",
+    "PCSS 16/16",
+    "PCSS 32/32",
+    "two moments",
+    "four moments",
+    "stochastic",
+    "stochastic, mended",
+];
 
 /// Roles of single mends.
 pub(super) const MENDS: [&str; 10] = [
@@ -42,12 +51,23 @@ impl TemporalTables<'_> {
     /// The row of a technique over all scenes.
     pub(super) fn row(
         &self,
+        at: (&str, &str, usize),
+        technique: &str,
+        class: &str,
+    ) -> Option<&TemporalRecord> {
+        self.row_of("all", at, technique, class)
+    }
+
+    /// The row of a technique in a scene.
+    pub(super) fn row_of(
+        &self,
+        scene: &str,
         (light, path, frame): (&str, &str, usize),
         technique: &str,
         class: &str,
     ) -> Option<&TemporalRecord> {
         self.records.iter().find(|r| {
-            r.scene == "all"
+            r.scene == scene
                 && r.light == light
                 && r.path == path
                 && r.frame == frame

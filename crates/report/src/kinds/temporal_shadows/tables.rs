@@ -1,7 +1,7 @@
 //! The tables of a `temporal-shadows` run, each with a note on how to read it.
 
 use super::summary::{ASKED, MENDS, TemporalTables};
-use crate::kinds::rows::least_time;
+use crate::kinds::rows::{distinct, least_ns, least_time, timed};
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{PathSetting, TemporalPicture, TemporalRecord};
 
@@ -9,6 +9,7 @@ pub(super) fn blocks(tables: &TemporalTables<'_>) -> Vec<Block> {
     [
         pictures(tables),
         closest(tables),
+        closest_by_scene(tables),
         errors(tables),
         mends(tables),
         calibration(tables),
@@ -68,19 +69,65 @@ fn closest(tables: &TemporalTables<'_>) -> Vec<Block> {
         let find = |&column: &(&str, &PathSetting)| tables.last(column, name, "all");
         let error = |column| find(column).map(|row| percent(row.l1_error)).into();
         let row = columns.first().and_then(find);
-        let bytes = row.map(|row| row.bytes_per_pixel);
-        [row![name], columns.iter().map(error).collect(), row![row.map(|row| row.maps), bytes]].concat()
+        let cost = row![
+            row.map(|row| row.maps),
+            row.map(|row| row.bits_per_texel),
+            row.map(|row| row.bytes_per_pixel),
+            row.map(|row| format!("{:.0}", row.lookups)),
+        ];
+        [row![name], columns.iter().map(error).collect(), cost].concat()
     };
     let table = Table::default()
         .left(["technique"])
         .right(columns.iter().map(|(light, path)| format!("{light}: {}", path.name)))
-        .right(["maps a frame", "bytes a pixel"])
+        .right(["maps a frame", "bits a texel", "bytes a pixel", "lookups"])
         .rows(ASKED.iter().filter_map(|role| tables.named(role)).map(cells));
     let note = Text::from(
         "Mean |shadow - truth| in percent over all scenes in the last judged frame of each path; less is better. Every method has \
-         one map a frame of the size of the experiment, seen from a point of the light (what gathers) or from its middle.",
+         one map a frame of the size of the experiment, seen from a point of the light (what gathers) or from its middle; stochastic \
+         maps send a ray for each texel from a point of their own. Bits of a texel: the map, table or all planes; bytes: what \
+         stays of a pixel from frame to frame; lookups: texels that a pixel reads.",
     );
     Block::section(2, "Which is closest", table, Some(note))
+}
+
+/// Errors further apart than so many standard errors of their difference are told apart: 99 % where both are normal.
+const APART: f64 = 2.58;
+
+/// The closest and the next in every scene, by light and path.
+fn closest_by_scene(tables: &TemporalTables<'_>) -> Vec<Block> {
+    let names: Vec<&str> = ASKED.iter().filter_map(|role| tables.named(role)).collect();
+    let scenes = distinct(tables.views.iter().map(|view| view.scene.as_str()));
+    let mut rows = Vec::new();
+    for light in tables.lights() {
+        for path in &tables.experiment.path {
+            let frame = path.judged.last().copied().unwrap_or_default();
+            let cell = |scene: &&str| {
+                let at = (light, path.name.as_str(), frame);
+                let of = names.iter().filter_map(|name| tables.row_of(scene, at, name, "all"));
+                let mut of: Vec<&TemporalRecord> = of.filter(|row| row.error.is_empty()).collect();
+                of.sort_by(|a, b| a.l1_error.total_cmp(&b.l1_error));
+                let text = |row: &TemporalRecord| format!("{} {}", row.technique, percent(row.l1_error));
+                let words = match of.as_slice() {
+                    [] => String::new(),
+                    [only] => text(only),
+                    [first, second, ..] => {
+                        let spread = first.standard_error.hypot(second.standard_error);
+                        let is_apart = second.l1_error - first.l1_error > APART * spread;
+                        format!("{}{}{}", text(first), if is_apart { " < " } else { " ~ " }, text(second))
+                    }
+                };
+                words.into()
+            };
+            rows.push([row![light, path.name.as_str()], scenes.iter().map(cell).collect()].concat());
+        }
+    }
+    let table = Table::default().left(["light", "path"]).left(scenes.iter().copied()).rows(rows);
+    let note = Text::from(
+        "The closest of these methods and the next, mean |shadow - truth| in percent; ~ where the two are not further apart than \
+         the sampling of pixels allows to say (99 %).",
+    );
+    Block::section(3, "By scene", table, Some(note))
 }
 
 fn errors(tables: &TemporalTables<'_>) -> Vec<Block> {
@@ -222,13 +269,10 @@ fn truth(tables: &TemporalTables<'_>) -> Vec<Block> {
 }
 
 fn cost(tables: &TemporalTables<'_>) -> Vec<Block> {
-    let time = |technique: &str| least_time(&tables.samples, technique, "frame").map(|ns| format!("{ns:.0}"));
-    let timed = tables
-        .experiment
-        .technique
-        .iter()
-        .filter(|t| least_time(&tables.samples, &t.name, "frame").is_some());
-    let table = Table::of(timed).left("technique", |t| &t.name).right("ns a pixel", |t| time(&t.name));
+    let time = |technique: &str| least_ns(&tables.samples, technique, "frame");
+    let table = Table::of(timed(&tables.experiment.technique, &tables.samples, "frame"))
+        .left("technique", |t| &t.name)
+        .right("ns a pixel", |t| time(&t.name));
     let maps = least_time(&tables.samples, "", "map").unwrap_or_default();
     let note = Text::from(format!(
         "A frame whose pixels have a history, on the first scene, the least of the recorded repetitions; reading a texel of the \
