@@ -136,7 +136,7 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("opacities = [0.0, 0.02,", "opacities = [1.5, 0.02,", "1.5 lies outside of [0, 1]"),
                 ("fourier = 16", "fourier = 2", "fourier = 2 is not between"),
                 ("stochastic = 8", "stochastic = 0", "stochastic = 0 is not between"),
-                ("deep = true", "deep = true\nstochastic = 4", "needs one of `blended`"),
+                ("sigma = 2.4", "sigma = -2.4", "sigma = -2.4"),
             ],
         ),
     ];

@@ -2,11 +2,14 @@
 
 // A panic is how a test or benchmark reports.
 #![allow(clippy::unwrap_used)]
+// The measured errors are for people to read.
+#![allow(clippy::print_stdout)]
 
 #[path = "../adapter/mod.rs"]
 mod adapter;
 mod analysis;
 mod bad_input;
+mod blending;
 mod brute_force;
 mod compare;
 mod depth_maps;
@@ -71,6 +74,7 @@ fn main() -> ExitCode {
     trials.extend(local_lights::trials());
     trials.extend(shadow_rays::trials());
     trials.extend(translucent::trials());
+    trials.extend(blending::trials());
     trials.extend(whole_scenes::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }

@@ -173,7 +173,8 @@ impl<'a> Materials<'a> {
         let plain = *self.untextured.entry(number).or_insert(next);
         if plain == next {
             let of = self.scene[number as usize].clone();
-            self.scene.push(Material { factor: of.albedo, texture: None, ..of });
+            let opacity = of.opacity.map(|opacity| Opacity { transmission_texture: None, ..opacity });
+            self.scene.push(Material { factor: of.albedo, texture: None, opacity, ..of });
         }
         plain
     }
@@ -229,8 +230,7 @@ impl<'a> Materials<'a> {
             }
         });
         if let Some(uv_map) = &mut uv_map {
-            let transmits = opacity.as_ref().is_some_and(|opacity| opacity.transmission_texture.is_some());
-            uv_map.needed = texels.is_some() || transmits;
+            uv_map.needed = texels.is_some();
         }
         let test = cutoff.map(|cutoff| AlphaTest {
             cutting: Cutting::new(texels.as_deref(), wrap, factor_alpha, cutoff),

@@ -1,0 +1,216 @@
+//! Back-to-front blending by a real render target against the model of its rounding.
+
+use applications::translucency::{Layer, Rounding, blended_texel};
+use graphics_device::{DeviceError, GraphicsDevice};
+use libtest_mimic::{Failed, Trial};
+use quantization::NumberFormat;
+use shadow_filtering::{Technique, TechniqueSpec};
+use wgpu::{BufferUsages as Usage, TextureFormat as Format, TextureUsages as Uses};
+
+use crate::gpu_trial;
+use crate::scenes::Random;
+
+/// Texels along a side, each with its own layers; as in the shader.
+const SIDE: u32 = 64;
+
+/// Layers of a texel, as many as the planes of BHS16's smoke.
+const LAYERS: usize = 15;
+
+/// Least opacity of a layer that has any.
+const THINNEST: f32 = 0.1;
+
+/// Channels that must be what the model says, bit for bit: the device blends in single precision or in fixed point, which
+/// decides a tie in a thousand another way, and what was decided differently is carried on.
+const EQUAL: f64 = 0.6;
+
+/// Most steps of the format between both after all layers: one step in each layer at most, of which the thinnest opacity leaves
+/// a geometric series.
+const STEPS: f64 = 1.0 / THINNEST as f64;
+
+pub fn trials() -> Vec<Trial> {
+    vec![
+        gpu_trial("blending::f16".into(), || agrees(NumberFormat::F16, Format::Rg16Float, "identity")),
+        norm16_trial("blending::unorm16"),
+    ]
+}
+
+/// 16-bit fixed point is an optional feature; without it the test is reported as ignored.
+fn norm16_trial(name: &str) -> Trial {
+    let missing = match GraphicsDevice::shared() {
+        Err(error) => Some(error.to_string()),
+        Ok(gpu) if gpu.adapter.features().contains(features()) => None,
+        Ok(gpu) => Some(format!("{} has no 16-bit fixed point that is blended", gpu.name)),
+    };
+    match missing {
+        None => {
+            gpu_trial(name.into(), || agrees(NumberFormat::Unorm16, Format::Rg16Unorm, "GDC16 four moments"))
+        }
+        Some(missing) => Trial::test(name, move || Err(missing.into())).with_ignored_flag(true),
+    }
+}
+
+/// What tells that the format can be blended.
+fn features() -> wgpu::Features {
+    wgpu::Features::TEXTURE_FORMAT_16BIT_NORM | wgpu::Features::TEXTURE_ADAPTER_SPECIFIC_FORMAT_FEATURES
+}
+
+fn technique(format: NumberFormat, transform: &str) -> Result<Technique, Failed> {
+    let spec = TechniqueSpec {
+        format: Some(format),
+        transform: Some(transform.to_owned()),
+        ..TechniqueSpec::named("hamburger4")?
+    };
+    Ok(spec.build()?)
+}
+
+/// Texels of layers, nearest first; some of them clear.
+fn texels(random: &mut Random) -> Result<Vec<Vec<Layer>>, Failed> {
+    let texel = |random: &mut Random| -> Result<Vec<Layer>, Failed> {
+        let mut depths: Vec<f32> = (0..LAYERS).map(|_| random.unit()).collect();
+        depths.sort_by(f32::total_cmp);
+        let opacity = |random: &mut Random| match random.unit() {
+            clear if clear < 0.1 => 0.0,
+            _ => THINNEST + (0.9 - THINNEST) * random.unit(),
+        };
+        let layer = |depth: f32| Ok(Layer::new(f64::from(depth), f64::from(opacity(random)))?);
+        depths.into_iter().map(layer).collect()
+    };
+    (0..SIDE * SIDE).map(|_| texel(random)).collect()
+}
+
+fn agrees(format: NumberFormat, target: Format, transform: &str) -> Result<(), Failed> {
+    let technique = technique(format, transform)?;
+    let texels = texels(&mut Random(77))?;
+    let found = drawn(&technique, &texels, target)?;
+    let model = |rounding: Rounding| -> Vec<Vec<f64>> {
+        texels.iter().map(|layers| blended_texel(&technique, layers, None, rounding)).collect()
+    };
+    let (each, never) = (model(Rounding::EachLayer), model(Rounding::Never));
+    // Steps of half floats grow with the value; those at 1 are the largest here.
+    let step = if format == NumberFormat::F16 { 2f64.powi(-11) } else { 1.0 / 65535.0 };
+    let distances = |model: &[Vec<f64>]| -> Vec<f64> {
+        let pairs = found.iter().zip(model).flat_map(|(found, model)| found.iter().zip(model));
+        pairs.map(|(code, value)| (format.decode(u32::from(*code)) - value).abs() / step).collect()
+    };
+    let of_model = distances(&each);
+    let equal = of_model.iter().filter(|&&distance| distance < 1e-6).count() as f64 / of_model.len() as f64;
+    let most = of_model.iter().copied().fold(0.0, f64::max);
+    let unrounded = distances(&never).into_iter().fold(0.0, f64::max);
+    println!(
+        "{}: {:.1} % of channels as modelled, most {most:.2} steps off; {unrounded:.2} from unrounded",
+        format.name(),
+        100.0 * equal
+    );
+    if equal < EQUAL || most > STEPS {
+        return Err(
+            format!("only {equal:.3} of channels are as modelled, {most:.2} steps off at most").into()
+        );
+    }
+    // A model without the rounding must be found to differ.
+    let of_none = distances(&never);
+    let chance = of_none.iter().filter(|&&distance| distance < 1e-6).count() as f64 / of_none.len() as f64;
+    assert!(chance < 0.5 * EQUAL, "{chance} of channels agree without rounding");
+    Ok(())
+}
+
+/// Codes of four channels a texel, as the device blends them.
+fn drawn(technique: &Technique, texels: &[Vec<Layer>], format: Format) -> Result<Vec<[u16; 4]>, DeviceError> {
+    let gpu = GraphicsDevice::open(features())?;
+    gpu.watched(|| draw(&gpu, technique, texels, format))
+}
+
+fn draw(
+    gpu: &GraphicsDevice,
+    technique: &Technique,
+    texels: &[Vec<Layer>],
+    format: Format,
+) -> Result<Vec<[u16; 4]>, DeviceError> {
+    let stored = |depth: f64| {
+        let (mut b, mut values) = ([0.0; 4], [0.0; 4]);
+        technique.evaluate(depth, &mut b);
+        technique.encoding().transform().apply(&b, &mut values);
+        values
+    };
+    let (mut values, mut opacities) = (Vec::new(), Vec::new());
+    for layer in (0..LAYERS).rev() {
+        for texel in texels {
+            values.push(stored(texel[layer].depth()).map(|value| value as f32));
+            opacities.push(texel[layer].opacity() as f32);
+        }
+    }
+    let values = gpu.buffer_of("values", &values, Usage::STORAGE);
+    let opacities = gpu.buffer_of("opacities", &opacities, Usage::STORAGE);
+    let targets =
+        [0, 1].map(|_| gpu.texture(format, (SIDE, SIDE), 1, 1, Uses::RENDER_ATTACHMENT | Uses::COPY_SRC));
+    let views = [0, 1].map(|i| targets[i].create_view(&Default::default()));
+    let far = stored(1.0);
+    let attachment = |i: usize| {
+        let clear = wgpu::Color { r: far[2 * i], g: far[2 * i + 1], b: 0.0, a: 0.0 };
+        let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store };
+        Some(wgpu::RenderPassColorAttachment {
+            view: &views[i],
+            depth_slice: None,
+            resolve_target: None,
+            ops,
+        })
+    };
+    let pipeline = pipeline(gpu, format);
+    let entry = |binding: u32, buffer: &wgpu::Buffer| wgpu::BindGroupEntry {
+        binding,
+        resource: buffer.as_entire_binding(),
+    };
+    let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &[entry(0, &values), entry(1, &opacities)],
+    });
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let attachments = [attachment(0), attachment(1)];
+    let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        color_attachments: &attachments,
+        ..Default::default()
+    });
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &bindings, &[]);
+    pass.draw(0..3, 0..LAYERS as u32);
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    let [first, second] = [0, 1].map(|i| gpu.read_texture::<[u16; 2]>(&targets[i]));
+    let pairs = first?.into_iter().zip(second?);
+    Ok(pairs.map(|([a, b], [c, d])| [a, b, c, d]).collect())
+}
+
+fn pipeline(gpu: &GraphicsDevice, format: Format) -> wgpu::RenderPipeline {
+    let module = gpu.shader(include_str!("blending.wgsl"));
+    let over = wgpu::BlendComponent {
+        src_factor: wgpu::BlendFactor::SrcAlpha,
+        dst_factor: wgpu::BlendFactor::OneMinusSrcAlpha,
+        operation: wgpu::BlendOperation::Add,
+    };
+    let target = Some(wgpu::ColorTargetState {
+        format,
+        blend: Some(wgpu::BlendState { color: over, alpha: over }),
+        write_mask: wgpu::ColorWrites::ALL,
+    });
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: None,
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("everywhere"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("blend"),
+            compilation_options: Default::default(),
+            targets: &[target.clone(), target],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
