@@ -155,14 +155,13 @@ fn draw(
         })
     };
     let pipeline = pipeline(gpu, format);
-    let entry = |binding: u32, buffer: &wgpu::Buffer| wgpu::BindGroupEntry {
-        binding,
-        resource: buffer.as_entire_binding(),
-    };
     let bindings = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
-        entries: &[entry(0, &values), entry(1, &opacities)],
+        entries: &[
+            wgpu::BindGroupEntry { binding: 0, resource: values.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: opacities.as_entire_binding() },
+        ],
     });
     let mut encoder = gpu.device.create_command_encoder(&Default::default());
     let attachments = [attachment(0), attachment(1)];

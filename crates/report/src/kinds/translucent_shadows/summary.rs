@@ -108,16 +108,21 @@ impl TranslucentTables<'_> {
     }
 
     fn bounds(&self) -> Option<String> {
-        let of = |role: &str, class: &str| self.row(self.named(role)?, class).map(|r| percent(r.l1_error, 2));
-        let by = |class: &str| {
-            let all =
-                ["four moments", "four moments, quarter", "four moments, middle", "four moments, upper"];
-            all.iter().map(|role| of(role, class)).collect::<Option<Vec<_>>>().map(|all| all.join(", "))
+        let blends = ["four moments", "four moments, quarter", "four moments, middle", "four moments, upper"];
+        let rows = |class: &str| {
+            let all = blends.iter().map(|role| self.row(self.named(role)?, class));
+            all.collect::<Option<Vec<_>>>()
+        };
+        let say = |class: &str| -> Option<String> {
+            let rows = rows(class)?;
+            let best = rows.iter().min_by(|a, b| a.l1_error.total_cmp(&b.l1_error))?;
+            let errors: Vec<String> = rows.iter().map(|row| percent(row.l1_error, 2)).collect();
+            Some(format!("{} (least: {})", errors.join(", "), best.technique))
         };
         Some(format!(
-            "Four moments of transmittance with beta = 0, 0.25, 0.5 and 1: {} on surfaces, {} inside.",
-            by("surfaces")?,
-            by("inside")?
+            "Four moments of transmittance with beta = 0, 0.25, 0.5 and 1: on opaque surfaces {}, inside {}.",
+            say("surfaces")?,
+            say("inside")?
         ))
     }
 
@@ -131,21 +136,20 @@ impl TranslucentTables<'_> {
 
     /// The layers that a moment bias carries.
     fn biases(&self) -> Option<String> {
-        let stability = self.experiment.stability.as_ref()?;
-        let of_four = |r: &&BlendingRecord| {
-            r.bound == "hamburger4" && r.format == "unorm16" && r.case == "spread" && r.opacity > 0.0
+        let of_case = |case: &'static str| {
+            let rows = self.stability.iter().filter(move |r| {
+                r.bound == "hamburger4" && r.format == "unorm16" && r.case == case && r.opacity > 0.0
+            });
+            // A kind of texel for which no bias is enough has none.
+            let all: Option<Vec<f64>> = rows.map(|r| r.smallest_alpha).collect();
+            all?.into_iter().max_by(f64::total_cmp)
         };
-        let rows: Vec<&BlendingRecord> = self.stability.iter().filter(of_four).collect();
-        let smallest = |layers: usize| {
-            let of_layers = rows.iter().filter(|r| r.layers == layers);
-            of_layers.filter_map(|r| r.smallest_alpha).max_by(f64::total_cmp)
-        };
-        let (few, many) = (*stability.layers.iter().min()?, *stability.layers.iter().max()?);
+        let most = self.stability.iter().map(|r| r.layers).max()?;
         Some(format!(
-            "Four moments in 16 bits stay moments of a distribution with a bias of {:.0e} for {few} and {:.0e} for {many} blended \
-             layers, whatever their opacity.",
-            smallest(few)?,
-            smallest(many)?
+            "Four moments in 16 bits, blended from up to {most} layers, stay moments of a distribution with a bias of {:.1e} at \
+             random depths and {:.1e} where layers coincide.",
+            of_case("spread")?,
+            of_case("coincident")?
         ))
     }
 }
