@@ -35,10 +35,12 @@ pub enum TranslucentMethod {
     },
     /// Moments of absorbance.
     Absorbance {
-        /// The bound of its distribution, and that of opaque surfaces apart.
+        /// The bound of its distribution.
         technique: Box<Technique>,
         /// What becomes of opaque surfaces.
         opaque: OpaqueOccluders,
+        /// The shadow map of opaque surfaces that stand apart.
+        apart: Box<Technique>,
     },
     /// A Fourier opacity map.
     Fourier {
@@ -49,7 +51,7 @@ pub enum TranslucentMethod {
         /// What becomes of opaque surfaces.
         opaque: OpaqueOccluders,
         /// The shadow map of opaque surfaces that stand apart.
-        technique: Box<Technique>,
+        apart: Box<Technique>,
     },
     /// A stochastic shadow map with percentage-closer filtering.
     Stochastic {
@@ -88,7 +90,7 @@ impl TranslucentMethod {
         ranks: Option<&[f32]>,
         seed: u64,
     ) -> Result<PreparedTranslucent<'a>, FilteringError> {
-        let apart = |technique: &'a Technique, opaque: OpaqueOccluders| -> Result<_, FilteringError> {
+        let beside = |technique: &'a Technique, opaque: OpaqueOccluders| -> Result<_, FilteringError> {
             match opaque {
                 OpaqueOccluders::Apart => {
                     let depths = first_depths(map, |opacity| opacity == 1.0)?;
@@ -102,16 +104,16 @@ impl TranslucentMethod {
                 let blended = blended_map(map, technique, ranks, *rounding)?;
                 PreparedTranslucent::Blended(technique, filter(&blended, kernel))
             }
-            Self::Absorbance { technique, opaque } => {
+            Self::Absorbance { technique, opaque, apart } => {
                 let series = Series::Moments(technique);
                 let format = technique.encoding().format();
                 let filtered = absorption_map(map, &series, *opaque, format, kernel)?;
-                PreparedTranslucent::Added(series, filtered, apart(technique, *opaque)?)
+                PreparedTranslucent::Added(series, filtered, beside(apart, *opaque)?)
             }
-            Self::Fourier { pairs, format, opaque, technique } => {
+            Self::Fourier { pairs, format, opaque, apart } => {
                 let series = Series::Fourier(*pairs);
                 let filtered = absorption_map(map, &series, *opaque, *format, kernel)?;
-                PreparedTranslucent::Added(series, filtered, apart(technique, *opaque)?)
+                PreparedTranslucent::Added(series, filtered, beside(apart, *opaque)?)
             }
             Self::Stochastic { samples } => {
                 PreparedTranslucent::Stochastic(StochasticMap::new(map, *samples, seed))
@@ -129,18 +131,18 @@ impl TranslucentMethod {
     pub fn bits_per_texel(&self, layers: f64) -> f64 {
         // A single-precision depth, and what stands beside it.
         const DEPTH: f64 = 32.0;
-        let apart = |technique: &Technique, opaque: OpaqueOccluders| match opaque {
+        let beside = |technique: &Technique, opaque: OpaqueOccluders| match opaque {
             OpaqueOccluders::Apart => technique.bits_per_texel() as f64,
             OpaqueOccluders::Within | OpaqueOccluders::LeftOut => 0.0,
         };
         match self {
             Self::Blended { technique, .. } => technique.bits_per_texel() as f64,
-            Self::Absorbance { technique, opaque } => {
+            Self::Absorbance { technique, opaque, apart } => {
                 let format = technique.encoding().format();
-                format.bits_per_texel(1 + technique.channels()) as f64 + apart(technique, *opaque)
+                format.bits_per_texel(1 + technique.channels()) as f64 + beside(apart, *opaque)
             }
-            Self::Fourier { pairs, format, opaque, technique } => {
-                format.bits_per_texel(1 + 2 * pairs) as f64 + apart(technique, *opaque)
+            Self::Fourier { pairs, format, opaque, apart } => {
+                format.bits_per_texel(1 + 2 * pairs) as f64 + beside(apart, *opaque)
             }
             Self::Stochastic { samples } => DEPTH * *samples as f64,
             Self::Deep => 2.0 * DEPTH * layers,

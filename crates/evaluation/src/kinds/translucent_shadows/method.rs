@@ -70,7 +70,7 @@ const MOST_COEFFICIENTS: usize = 127;
 /// Format of Fourier opacity maps, which have to be blended.
 const FOURIER_FORMAT: NumberFormat = NumberFormat::F16;
 
-/// The shadow map of opaque surfaces that stand beside a Fourier opacity map: four moments as published.
+/// The shadow map of opaque surfaces that stand beside a map of absorption: four moments as published.
 fn opaque_moments() -> Result<TechniqueSpec, FilteringError> {
     Ok(TechniqueSpec {
         transform: Some("GDC16 four moments".to_owned()),
@@ -167,14 +167,15 @@ impl TranslucentTechnique {
         }
         if let Some(spec) = &self.absorbance {
             let technique = Box::new(spec.build()?);
-            return Ok(Some(TranslucentMethod::Absorbance { technique, opaque: self.opaque }));
+            let apart = Box::new(opaque_moments()?.build()?);
+            return Ok(Some(TranslucentMethod::Absorbance { technique, opaque: self.opaque, apart }));
         }
         if let Some(count) = self.fourier {
             return Ok(Some(TranslucentMethod::Fourier {
                 pairs: (count - 1) / 2,
                 format: FOURIER_FORMAT,
                 opaque: self.opaque,
-                technique: Box::new(opaque_moments()?.build()?),
+                apart: Box::new(opaque_moments()?.build()?),
             }));
         }
         if let Some(samples) = self.stochastic {
