@@ -286,7 +286,9 @@ fn compute_comparison() -> Result<(), Failed> {
     Ok(())
 }
 
-/// A tile that is off by a texel, one that is too short, a level that takes the wrong neighbours, swapped derivatives.
+/// A tile that is off by a texel, one that is too short, a level that takes the wrong neighbours, swapped derivatives, and races:
+/// without its barrier a thread reads what another has not written yet, which a software driver shows in every group that it
+/// runs thread by thread.
 fn planted_faults() -> Result<(), Failed> {
     let spec = TechniqueSpec::named("hamburger4")?;
     for fault in [
@@ -295,6 +297,9 @@ fn planted_faults() -> Result<(), Failed> {
         (1, "i < TILE * ACROSS", "i < (TILE - 1u) * ACROSS"),
         (2, "first + place_of(i)", "first + place_of(i).yx"),
         (7, "level[thread + 8u * step]", "level[thread + 7u * step]"),
+        (1, "workgroupBarrier();", ""),
+        (2, "workgroupBarrier();", ""),
+        (7, "workgroupBarrier();", ""),
         (0, "1.0 / f32(SAMPLES)", "1.0 / f32(SAMPLES + 1)"),
         (3, "- light.towards.w", "+ light.towards.w"),
     ] {

@@ -4,9 +4,10 @@
 use super::adapter::gpu_trial;
 use super::compute::{self, Resource};
 use applications::scattering::{
-    Blending, Frustum, Jitter, LightAxes, LightMap, Marched, Medium, Prefiltered, Rectification,
-    RectifiedMap, SingleScattering, Spacing, StoredPrefixes, ViewRay, look_up_shader, march_shader,
-    prefix_map_shader, prefix_words, resample_shader, scattering_uniform,
+    Blending, FilteredDepths, Frustum, Jitter, LightAxes, LightMap, Marched, Medium, Prefiltered,
+    Rectification, RectifiedMap, RectifiedTexel, SingleScattering, Spacing, StoredPrefixes, ViewRay,
+    look_up_shader, march_shader, prefix_map_shader, prefix_words, resample_filtered_shader, resample_shader,
+    scattering_uniform,
 };
 use applications::{Application, Estimate};
 use libtest_mimic::{Failed, Trial};
@@ -41,6 +42,7 @@ pub fn trials() -> Vec<Trial> {
         trials.push(gpu_trial(format!("scattering::{name}"), move || prefiltered(&spec, blending, &[])));
     }
     trials.push(gpu_trial("scattering::resample".into(), || resample("")));
+    trials.push(gpu_trial("scattering::resample_filtered".into(), || resample_filtered("")));
     trials.push(gpu_trial("scattering::march".into(), || march("")));
     trials.push(gpu_trial("scattering::planted_faults".into(), planted_faults));
     trials
@@ -266,13 +268,52 @@ fn resample(fault: &str) -> Result<(), Failed> {
         ];
         let groups = exact.texels.len().div_ceil(64) as u32;
         let found: Vec<[f32; 4]> = compute::run(&[(&source, "resample", groups)], &resources, 1)?;
-        let error = |(found, exact): (&[f32; 4], &applications::scattering::RectifiedTexel)| {
-            (f64::from(found[0]) - exact.depths[0]).abs()
-        };
+        let error =
+            |(found, exact): (&[f32; 4], &RectifiedTexel)| (f64::from(found[0]) - exact.depths[0]).abs();
         let off = found.iter().zip(&exact.texels).map(error).filter(|error| *error > 2e-5).count();
         println!("resample: {off} of {} texels differ", found.len());
         if off > found.len() / BORDER {
             return Err(format!("{off} of {} depths are off", found.len()).into());
+        }
+    }
+    Ok(())
+}
+
+/// Mean depths of the rectified map that is resampled with a filter. Places on the map and moments are in single precision.
+fn resample_filtered(fault: &str) -> Result<(), Failed> {
+    /// Mean error, less than a code of 16 bits; of single depths a rounding of the moments is one of the square root of it.
+    const MEAN: f64 = 1e-5;
+    /// Texels that may err by more than a code of 16 bits, one in so many: where moments are all but those of one depth, or a
+    /// depth is all but that of empty texels, rounding decides.
+    const UNDECIDED: usize = 50;
+    let spec = moments("hamburger4", "GDC16 four moments", NumberFormat::Unorm16, 0.0);
+    let technique = spec.build()?;
+    for seen in Seen::all()? {
+        let view = seen.view()?;
+        let rectification = seen.rectification(0.05)?;
+        let stored = technique.store::<f64>(&seen.map)?;
+        let depths = FilteredDepths::new(&technique, &stored)?;
+        let exact = RectifiedMap::filtered(rectification, &view.light, &depths)?;
+        let uniform = scattering_uniform(&view, &rectification);
+        let source = faulty(resample_filtered_shader(&depths, SIZE), &[fault]);
+        let levels = depths.for_shader();
+        let resources = [
+            Resource::Read(bytemuck::cast_slice(&levels)),
+            Resource::Write(16 * exact.texels.len()),
+            Resource::Uniform(bytemuck::cast_slice(&uniform)),
+        ];
+        let groups = exact.texels.len().div_ceil(64) as u32;
+        let found: Vec<[f32; 4]> = compute::run(&[(&source, "resample_filtered", groups)], &resources, 1)?;
+        let error = |(found, exact): (&[f32; 4], &RectifiedTexel)| {
+            let [d, w] = [exact.depths, exact.weights];
+            (f64::from(found[0] * found[2] + found[1] * found[3]) - d[0] * w[0] - d[1] * w[1]).abs()
+        };
+        let errors: Vec<f64> = found.iter().zip(&exact.texels).map(error).collect();
+        let off = errors.iter().filter(|error| !(**error <= 1.0 / 65535.0)).count();
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        println!("filtered resampling: {off} of {} texels differ, mean error {mean:.2e}", found.len());
+        if off > found.len() / UNDECIDED || !(mean <= MEAN) {
+            return Err(format!("{off} of {} depths are off, by {mean:e} on average", found.len()).into());
         }
     }
     Ok(())
@@ -349,6 +390,17 @@ fn planted_faults() -> Result<(), Failed> {
     ] {
         if resample(fault).is_ok() {
             return Err(format!("resampling: the comparison missed `{fault}`").into());
+        }
+    }
+    for fault in [
+        "- 2.0 * b[0] * variance=>",
+        "first + size.x * size.y=>first + size.x",
+        "let base = floor(place)=>let base = floor(place + 0.5)",
+        "clamp_unit(-roots.x=>clamp_unit(roots.y",
+        "view.scale.x, view.scale.y)=>view.scale.x, view.scale.y) * 2.0",
+    ] {
+        if resample_filtered(fault).is_ok() {
+            return Err(format!("filtered resampling: the comparison missed `{fault}`").into());
         }
     }
     for fault in

@@ -9,6 +9,7 @@ use crate::scenes::{Random, ground, masked, quad, scene_of, soup};
 pub fn trials() -> Vec<Trial> {
     vec![
         Trial::test("frames::ground_and_shadow", ground_and_shadow),
+        Trial::test("frames::a_sphere_does_not_shadow_its_lit_side", sphere),
         Trial::test("frames::clipped_by_the_camera", clipped_by_the_camera),
         Trial::test("frames::threads", threads),
         Trial::test("frames::bad_cameras", bad_cameras),
@@ -40,6 +41,50 @@ fn ground_and_shadow() -> Result<(), Failed> {
         assert_eq!(grey[0], if visibility[i] == 0.0 { 99 } else { 188 });
     }
     assert!(lit > 5000 && shadowed > 300, "{lit} lit, {shadowed} in shadow");
+    Ok(())
+}
+
+/// Facets of a sphere that turn away from the light do not lie in the shadow of the next one: no dark dots before the terminator.
+fn sphere() -> Result<(), Failed> {
+    const RINGS: usize = 60;
+    let point = |ring: usize, sector: usize| {
+        let angle = |i: usize, n: usize| std::f32::consts::PI * i as f32 / n as f32;
+        let (polar, turn) = (angle(ring, RINGS), 2.0 * angle(sector, 2 * RINGS));
+        [polar.sin() * turn.cos(), polar.cos(), -polar.sin() * turn.sin()]
+    };
+    let mut corners = Vec::new();
+    for i in 0..RINGS * 2 * RINGS {
+        let (ring, sector) = (i / (2 * RINGS), i % (2 * RINGS));
+        let [a, b] = [ring, ring + 1].map(|ring| [sector, sector + 1].map(|sector| point(ring, sector)));
+        corners.extend(quad([a[0], b[0], b[1], a[1]]));
+    }
+    let mut scene = scene_of(&corners);
+    for vertex in &mut scene.vertices {
+        vertex.normal = vertex.position;
+    }
+    let local = AreaLight::local(Outline::Disc, [3.0, 4.0, -1.0], [[0.1, 0.0, 0.0], [0.0, 0.1, 0.0]])?;
+    for view in
+        [LightView::directional("sun", [0.8, -0.6, 0.35]), LightView::new("lamp", local, [-3.0, -4.0, 1.0])]
+    {
+        let (stack, report) = render_view(&scene, &view, 512, 512, Backend::Cpu)?;
+        let mut lit = 0;
+        for eye in [[4.0, 3.0, 5.0], [-4.0, 3.0, -5.0], [-5.0, -1.0, 2.0]] {
+            let camera = Camera::new(eye, [0.0; 3], 0.5);
+            let frame = Frame::render_from(&scene, &camera, [320, 240])?;
+            let visibility = frame.hard_shadow(&stack, &report.frame);
+            for i in 0..frame.triangle.len() {
+                // Also the normal, but for facets that are seen from within at the outline.
+                let position = frame.position[i].map(f64::from);
+                let arriving = report.frame.arriving(position);
+                let cosine = -(0..3).map(|k| arriving[k] * position[k]).sum::<f64>();
+                if frame.triangle[i] != NO_TRIANGLE && cosine > 0.1 {
+                    assert!(visibility[i] == 1.0, "{}: {position:?} is dark at {cosine:.3}", view.name);
+                    lit += 1;
+                }
+            }
+        }
+        assert!(lit > 10_000, "{lit} pixels in the light");
+    }
     Ok(())
 }
 

@@ -85,7 +85,7 @@ pub use shards::Shard;
 pub use statistics::NOTHING;
 pub use timing::{GpuRecord, TimedSample, TimingSetting};
 
-/// The example of the README, compiled and run.
+/// The page on the crates, its example compiled and run.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;
+#[doc = include_str!("../../../docs/how-to/rust.md")]
+struct FromRust;

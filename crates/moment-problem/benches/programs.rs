@@ -1,15 +1,17 @@
 //! Programs a second of both solvers in one process, over candidates spread evenly over the 4-subsets of the default family.
 //!
 //! Programs come from the file that `MSM_PROGRAMS` names, or are made up. `MSM_CANDIDATES`, `MSM_REPETITIONS`: how many;
-//! `MSM_NUMBER`: this candidate only. Times are those of the one thread that works, where
+//! `MSM_NUMBER`: this candidate only;
+//! `MSM_GOOD_LP`: programs a candidate for the solvers behind good_lp. Times are those of the one thread that works, where
 //! the system tells them.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use moment_problem::Basis;
 use moment_problem::fast_simplex::{
-    FastFragment, FastSimplex, FastStart, FunctionTable, SupportColumns, reference_bound,
+    FastFragment, FastSimplex, FastStart, FunctionTable, SupportColumns, SupportDistribution, good_lp_bound,
+    reference_bound,
 };
 use moment_problem::lane_simplex::{FunctionSpan, LaneSimplex, LaneStarts, ProgramBatch};
+use moment_problem::{Basis, LpSolver};
 use std::time::Instant;
 
 #[path = "../tests/programs/mod.rs"]
@@ -29,6 +31,7 @@ fn main() {
     let clock = Instant::now();
     let candidates = variable("MSM_CANDIDATES", 30);
     let repetitions = variable("MSM_REPETITIONS", 1);
+    let libraries = variable("MSM_GOOD_LP", 100);
     let (kernels, fragments) = match std::env::var_os("MSM_PROGRAMS") {
         Some(path) => programs::read(path.as_ref()),
         None => programs::workload(CELLS, 1, 20_000),
@@ -60,7 +63,7 @@ fn main() {
                 &[&given[0], &given[1]],
             );
             let time = seconds(&clock) - before;
-            note(&mut rates, "FastSimplex", time, solution.exact, 0);
+            note(&mut rates, "FastSimplex", batch.len(), time, solution.exact, 0);
             line += &format!(" fast {:.3}", batch.len() as f64 / time * 1e-6);
             let fast = solution;
             let widths =
@@ -100,35 +103,68 @@ fn main() {
                     solution.pivots as f64 / batch.len() as f64,
                     differences.fold(0.0, f64::max)
                 );
-                note(&mut rates, name, time, solution.exact, wrong);
+                note(&mut rates, name, batch.len(), time, solution.exact, wrong);
             }
         }
+        let columns = SupportColumns::new(&table, &members).unwrap();
+        through_good_lp(&columns, &kernels, &fragments, (&clock, libraries), &mut rates);
         println!("{line}");
     }
-    for Rate { name, seconds, exact, wrong } in &rates {
-        let count = (batch.len() * candidates * repetitions) as f64;
+    let first = rates[0].programs as f64 / rates[0].seconds;
+    for Rate { name, programs, seconds, exact, wrong } in &rates {
+        let rate = *programs as f64 / seconds;
         println!(
-            "{name}: {:.3} M programs/s (harmonic mean), {:.4} % exact, {wrong} wrong or uncertified, {:.2} x",
-            count / seconds * 1e-6,
-            *exact as f64 / count * 100.0,
-            rates[0].seconds / seconds
+            "{name}: {:.6} M programs/s (harmonic mean), {:.4} % exact, {wrong} of {programs} wrong or uncertified, {:.5} x",
+            rate * 1e-6,
+            *exact as f64 / *programs as f64 * 100.0,
+            rate / first
         );
+    }
+}
+
+/// The solvers behind good_lp on so many programs, evenly spread; an answer that is not the double-double method's is wrong.
+fn through_good_lp(
+    columns: &SupportColumns,
+    kernels: &[SupportDistribution],
+    fragments: &[FastFragment],
+    (clock, count): (&Instant, usize),
+    rates: &mut Vec<Rate>,
+) {
+    let count = count.min(fragments.len());
+    let chosen: Vec<&FastFragment> =
+        (0..count).map(|i| &fragments[(2 * i + 1) * fragments.len() / (2 * count)]).collect();
+    let kernel = |fragment: &FastFragment| &kernels[fragment.kernel as usize];
+    let exact: Vec<f64> =
+        chosen.iter().map(|f| reference_bound(columns, kernel(f), f.step).unwrap_or(f64::NAN)).collect();
+    for (name, solver) in
+        [("good_lp with microlp", LpSolver::Microlp), ("good_lp with clarabel", LpSolver::Clarabel)]
+    {
+        let before = seconds(clock);
+        let found: Vec<f64> = chosen
+            .iter()
+            .map(|f| good_lp_bound(columns, kernel(f), f.step, solver).unwrap_or(f64::NAN))
+            .collect();
+        let time = seconds(clock) - before;
+        let wrong = found.iter().zip(&exact).filter(|(a, b)| is_off(*a - *b)).count();
+        note(rates, name, count, time, 0, wrong);
     }
 }
 
 /// What a solver took for all candidates.
 struct Rate {
     name: String,
+    programs: usize,
     seconds: f64,
     exact: usize,
     wrong: usize,
 }
 
-fn note(rates: &mut Vec<Rate>, name: &str, seconds: f64, exact: usize, wrong: usize) {
+fn note(rates: &mut Vec<Rate>, name: &str, programs: usize, seconds: f64, exact: usize, wrong: usize) {
     if !rates.iter().any(|rate| rate.name == name) {
-        rates.push(Rate { name: name.to_owned(), seconds: 0.0, exact: 0, wrong: 0 });
+        rates.push(Rate { name: name.to_owned(), programs: 0, seconds: 0.0, exact: 0, wrong: 0 });
     }
     for rate in rates.iter_mut().filter(|rate| rate.name == name) {
+        rate.programs += programs;
         rate.seconds += seconds;
         rate.exact += exact;
         rate.wrong += wrong;

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::f64::consts::PI;
 
 use rayon::prelude::*;
-use shadow_filtering::{ChannelMap, FilteringError, Position, Pyramid, StoredField, Technique};
+use shadow_filtering::{ChannelMap, FilteringError, Position, Precision, Pyramid, StoredField, Technique};
 
 use super::{LightMap, Rectification, Rectified, Resampled, TwoDepths, two_depths};
 
@@ -27,19 +27,19 @@ pub struct RectifiedMap {
 }
 
 /// A moment shadow map that can be filtered while it is resampled: mip maps of power moments, without a moment bias.
-pub struct FilteredDepths<'a> {
-    technique: &'a Technique,
-    levels: Pyramid<f64>,
+pub struct FilteredDepths<'a, P = f64> {
+    pub(super) technique: &'a Technique,
+    pub(super) levels: Pyramid<P>,
     /// The variable of depths 0 and 1.
-    ends: [f64; 2],
+    pub(super) ends: [f64; 2],
 }
 
-impl<'a> FilteredDepths<'a> {
+impl<'a, P: Precision> FilteredDepths<'a, P> {
     /// The mip maps of a map that `technique` has stored, which must be one of at least three power moments.
     ///
     /// # Errors
     /// [`FilteringError::Parameter`] for other techniques.
-    pub fn new(technique: &'a Technique, map: &ChannelMap<f64>) -> Result<Self, FilteringError> {
+    pub fn new(technique: &'a Technique, map: &ChannelMap<P>) -> Result<Self, FilteringError> {
         let at = |depth: f64| {
             let mut b = vec![0.0; technique.channels()];
             technique.evaluate(depth, &mut b);
@@ -55,14 +55,20 @@ impl<'a> FilteredDepths<'a> {
         Ok(Self { technique, levels: Pyramid::new(map), ends: [first[0], last[0]] })
     }
 
+    /// What is stored on all levels, one behind the other, as shaders read it.
+    pub fn for_shader(&self) -> Vec<f32> {
+        let values = self.levels.levels().iter().flat_map(ChannelMap::data);
+        values.map(|value| value.to_f64() as f32).collect()
+    }
+
     /// Two depths of a trilinear sample at a point in texels of the map, `lod` halvings up.
     fn sample(&self, [x, y]: [f64; 2], lod: f64) -> Result<TwoDepths<f64>, FilteringError> {
         let levels = self.levels.levels();
         let lod = lod.clamp(0.0, (levels.len() - 1) as f64);
         let (lower, share) = (lod.floor() as usize, lod.fract());
         let channels = self.technique.channels();
-        let mut mean = vec![0.0; channels];
-        let mut level_mean = vec![0.0; channels];
+        let mut mean = vec![P::zero(); channels];
+        let mut level_mean = vec![P::zero(); channels];
         for (level, weight) in [(lower, 1.0 - share), (lower + 1, share)] {
             if weight == 0.0 {
                 continue;
@@ -73,13 +79,15 @@ impl<'a> FilteredDepths<'a> {
                 map.height() as f64 / levels[0].height() as f64,
             ];
             map.mean(Position { x: x * scale[0], y: y * scale[1] }, &mut level_mean)?;
-            mean.iter_mut().zip(&level_mean).for_each(|(sum, value)| *sum += weight * value);
+            let weight = P::from_f64(weight);
+            mean.iter_mut().zip(&level_mean).for_each(|(sum, value)| *sum = *sum + weight * *value);
         }
-        let mut b = vec![0.0; channels];
+        let mut b = vec![P::zero(); channels];
         self.technique.restore(&mean, &mut b);
         let two = two_depths([b[0], b[1], b[2]]);
         let [start, end] = self.ends;
-        Ok(TwoDepths { depths: two.depths.map(|x| (x - start) / (end - start)), ..two })
+        let depths = two.depths.map(|x| (x.to_f64() - start) / (end - start));
+        Ok(TwoDepths { depths, weights: two.weights.map(P::to_f64) })
     }
 }
 
@@ -104,10 +112,10 @@ impl RectifiedMap {
     ///
     /// # Errors
     /// [`FilteringError`] of the map's field.
-    pub fn filtered(
+    pub fn filtered<P: Precision>(
         rectification: Rectification,
         light: &LightMap<'_>,
-        depths: &FilteredDepths<'_>,
+        depths: &FilteredDepths<'_, P>,
     ) -> Result<Self, FilteringError> {
         let camera = rectification.axes.direction(rectification.camera);
         let range = [light.near - camera[2], light.near + light.range - camera[2]];

@@ -4,12 +4,13 @@
 use moment_problem::wgsl::ELEMENTARY;
 use quantization::NumberFormat;
 use shaders::{count, unroll};
-use shadow_filtering::Technique;
+use shadow_filtering::{Precision, Technique};
 
-use super::{Blending, Rectification, SingleScattering, StoredPrefixes};
+use super::{Blending, FilteredDepths, Rectification, SingleScattering, StoredPrefixes};
 
 const RECTIFIED: &str = include_str!("rectified.wgsl");
 const RESAMPLE: &str = include_str!("resample.wgsl");
+const RESAMPLE_FILTERED: &str = include_str!("resample_filtered.wgsl");
 const PREFIX_MAP: &str = include_str!("prefix_map.wgsl");
 const LOOK_UP: &str = include_str!("look_up.wgsl");
 const MARCH: &str = include_str!("march.wgsl");
@@ -65,6 +66,22 @@ fn values_a_word(format: NumberFormat) -> usize {
 /// Resamples a shadow map of any size without a filter. Entry point `resample`, 64 texels a group.
 pub fn resample_shader(size: [usize; 2]) -> String {
     joined(&of_size(size), &[ELEMENTARY, RECTIFIED, RESAMPLE])
+}
+
+/// Resamples the mip maps of a moment shadow map with a filter. Entry point `resample_filtered`, 64 texels a group.
+pub fn resample_filtered_shader<P: Precision>(depths: &FilteredDepths<'_, P>, size: [usize; 2]) -> String {
+    let levels = depths.levels.levels();
+    let [start, end] = depths.ends;
+    let counts = [
+        ("CHANNELS", depths.technique.channels()),
+        ("LEVELS", levels.len()),
+        ("MAP_WIDTH", levels[0].width()),
+        ("MAP_HEIGHT", levels[0].height()),
+    ];
+    let counts: String = counts.into_iter().map(|(name, value)| count(name, value)).collect();
+    let ends = format!("const START: f32 = {:?}f;\nconst END: f32 = {:?}f;\n", start as f32, end as f32);
+    let [_, dequantise] = depths.technique.transform_wgsl();
+    joined(&(of_size(size) + &counts + &ends), &[ELEMENTARY, RECTIFIED, &dequantise, RESAMPLE_FILTERED])
 }
 
 /// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats and

@@ -73,10 +73,10 @@ impl Frame {
     /// Visibility of the light by a plain test against layer 0 of `stack`: 1 lit, 0 in shadow or behind a local light, 1
     /// without surface or outside of the map.
     ///
-    /// The stored surface is extended over its texel by its gradient, clamped to 0.02 in depth, plus a bias of
-    /// 2e-4: the picture is for orientation, not for measurements.
+    /// The stored surface is extended over its texel by its gradient, the visible one by that of its normal, both clamped to
+    /// 0.02 in depth, plus a bias of 2e-4: the picture is for orientation, not for measurements.
     pub fn hard_shadow(&self, stack: &ShadowMapStack, frame: &LightFrame) -> Vec<f32> {
-        let lit = |(position, triangle): (&[f32; 3], &u32)| {
+        let lit = |((position, normal), triangle): ((&[f32; 3], &[f32; 3]), &u32)| {
             let seen = frame.light_space(position.map(f64::from));
             let [x, y, depth] = frame.on_map(seen);
             if *triangle != NO_TRIANGLE && frame.eye.is_some() && seen[2] <= 0.0 {
@@ -87,10 +87,12 @@ impl Frame {
                 return 1.0;
             }
             let Some(first) = stack.layers(x as u32, y as u32).next() else { return 1.0 };
-            let slope = 0.5 * (first.gradient[0].abs() + first.gradient[1].abs());
-            f32::from(depth <= f64::from(first.depth + slope.min(0.02) + 2e-4))
+            let stored = f64::from(0.5 * (first.gradient[0].abs() + first.gradient[1].abs()));
+            // Where a curved surface turns away from the light its next facet may be stored, which is less steep.
+            let slope = stored.max(frame.texel_slope(seen, normal.map(f64::from)));
+            f32::from(depth <= f64::from(first.depth) + slope.min(0.02) + 2e-4)
         };
-        self.position.par_iter().zip(&self.triangle).map(lit).collect()
+        self.position.par_iter().zip(&self.normal).zip(&self.triangle).map(lit).collect()
     }
 
     /// A picture in sRGB: albedo times ambient light, most from above, plus diffuse light from the middle of a light, scaled

@@ -131,6 +131,18 @@ impl LightFrame {
         [0, 1, 2].map(|k| origin[k] + x * self.right[k] + y * self.down[k] + z * self.forward[k])
     }
 
+    /// By how much the depth of a plane through a place in light space may change from a texel's centre to its border; infinite
+    /// for a plane along the light.
+    pub(crate) fn texel_slope(&self, seen: [f64; 3], normal: [f64; 3]) -> f64 {
+        let n = [self.right, self.down, self.forward].map(|axis| dot(normal, axis));
+        let ray = if self.eye.is_some() { normalize(seen) } else { [0.0, 0.0, 1.0] };
+        let cosine = dot(n, ray).abs().min(1.0);
+        let widening = if self.eye.is_some() { seen[2] / self.near } else { 1.0 };
+        let half_texel = 0.5 * widening * self.texels_per_unit.iter().map(|texels| 1.0 / texels).sum::<f64>();
+        let tangent = (1.0 - cosine * cosine).sqrt() / cosine;
+        if tangent.is_finite() { half_texel * tangent / self.depth_range } else { f64::INFINITY }
+    }
+
     /// The unit direction in which the light's middle shines at a world position; not finite at the light itself.
     pub fn arriving(&self, position: [f64; 3]) -> [f64; 3] {
         self.eye.map_or(self.forward, |eye| normalize(minus(position, eye)))

@@ -11,8 +11,9 @@ use crate::fragments::LoadedScene;
 use crate::kinds::speed_accuracy::{FrameRoute, FrameSample};
 use crate::timing::GpuRecord;
 use applications::scattering::{
-    Rectification, RectifiedMap, Spacing, StoredPrefixes, ViewRay, look_up_shader, march_shader,
-    prefix_map_shader, prefix_words, resample_shader, scattering_uniform,
+    FilteredDepths, Rectification, RectifiedMap, Spacing, StoredPrefixes, ViewRay, look_up_shader,
+    march_shader, prefix_map_shader, prefix_words, resample_filtered_shader, resample_shader,
+    scattering_uniform,
 };
 use graphics_device::DeviceError;
 use shadow_renderer::{ComputeChain, ComputePass, Content};
@@ -146,7 +147,12 @@ impl Bench<'_> {
             self.chain.put(name, content).map_err(lost)?;
         }
         let groups = pixels.div_ceil(GROUP) as u32;
-        let resample = resample_shader(size);
+        let nearest = resample_shader(size);
+        let filtered_depths = FilteredDepths::new(&plan.source, &lit.stored);
+        let filtered_depths = filtered_depths.map_err(|error| format!("stopped: source: {error}"))?;
+        let levels = filtered_depths.for_shader();
+        self.chain.put("levels", Content::Bytes(bytemuck::cast_slice(&levels))).map_err(lost)?;
+        let filtered = resample_filtered_shader(&filtered_depths, size);
         let timing = self.timing;
         for index in experiment.named(&timing.techniques, "passes.techniques").map_err(stop)? {
             let name = experiment.technique[index].name.as_str();
@@ -174,10 +180,14 @@ impl Bench<'_> {
             let own = [("stored", Content::Empty(map_bytes)), ("rays", Content::Bytes(&lengths))];
             let of_texels = texels.div_ceil(GROUP as u64) as u32;
             let passes = [
-                (
-                    ComputePass { name: "resample", source: &resample, entry: "resample", groups: of_texels },
-                    (4 + 16) * texels,
-                ),
+                if method.filtered {
+                    let (name, source, entry) = ("resample", &filtered, "resample_filtered");
+                    let bytes = 4 * levels.len() as u64 + 16 * texels;
+                    (ComputePass { name, source, entry, groups: of_texels }, bytes)
+                } else {
+                    let (name, source, entry) = ("resample", &nearest, "resample");
+                    (ComputePass { name, source, entry, groups: of_texels }, (4 + 16) * texels)
+                },
                 (
                     ComputePass {
                         name: "prefix sums",

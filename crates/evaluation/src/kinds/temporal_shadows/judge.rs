@@ -180,7 +180,7 @@ impl Plan<'_> {
         (paired.map(|(outcome, sample)| outcome.unwrap_or_else(|_| failed(sample))).collect(), reason)
     }
 
-    /// Outcomes of a stochastic map of this frame; that of the frame before tells the flicker.
+    /// Outcomes of a stochastic map of this frame; its noise from frame to frame is told by its own kind.
     fn filtered(
         &self,
         at: &At<'_>,
@@ -190,24 +190,20 @@ impl Plan<'_> {
     ) -> Result<(Vec<Outcome>, String), EvaluationError> {
         let SceneSettings { size, seed, .. } = self.experiment.scenery;
         let bias = self.bias(technique.0);
-        let shadows = |frame: usize| -> Result<(Vec<Result<f64, String>>, usize), EvaluationError> {
-            let lit = LitFrame::new((size, seed), at.scenery, frame, (light.view.clone(), at.sight))?;
-            let groups = lit.groups(&[technique], frame as u64, &mut Traced::new())?;
-            let group = &groups[0];
-            // Where no sample reaches, nothing blocks.
-            let shade = |sample: &Sample| Ok(group.shadow(0, bias, &sample.seen)?.unwrap_or(0.0));
-            Ok((samples.par_iter().map(shade).collect(), group.lookups()))
+        let lit = LitFrame::new((size, seed), at.scenery, at.frame, (light.view.clone(), at.sight))?;
+        let groups = lit.groups(&[technique], at.frame as u64, &mut Traced::new())?;
+        let group = &groups[0];
+        // Where no sample reaches, nothing blocks.
+        let shade = |sample: &Sample| -> Result<f64, String> {
+            Ok(group.shadow(0, bias, &sample.seen)?.unwrap_or(0.0))
         };
-        let (now, lookups) = shadows(at.frame)?;
-        let before = if at.frame == 0 { None } else { Some(shadows(at.frame - 1)?.0) };
-        let reason = now.iter().find_map(|shadow| shadow.as_ref().err().cloned()).unwrap_or_default();
-        let judged = |(i, sample): (usize, &Sample)| {
-            let shadow = now[i].as_ref().map_or(f64::NAN, |shadow| *shadow);
-            let last = before.as_ref().and_then(|before| before[i].as_ref().ok());
-            let flicker = last.filter(|_| sample.is_unchanged(at)).map(|last| (shadow - last).abs() as f32);
-            Outcome { flicker, lookups: lookups as f32, ..outcome(at, sample, shadow) }
+        let shadows: Vec<Result<f64, String>> = samples.par_iter().map(shade).collect();
+        let reason = shadows.iter().find_map(|shadow| shadow.as_ref().err().cloned()).unwrap_or_default();
+        let judged = |(sample, shadow): (&Sample, &Result<f64, String>)| {
+            let shadow = shadow.as_ref().map_or(f64::NAN, |shadow| *shadow);
+            Outcome { lookups: group.lookups() as f32, ..outcome(at, sample, shadow) }
         };
-        Ok((samples.iter().enumerate().map(judged).collect(), reason))
+        Ok((samples.iter().zip(&shadows).map(judged).collect(), reason))
     }
 
     /// Depth bias of a technique, with the limit of slopes.
