@@ -3,6 +3,7 @@
 mod advise;
 mod backend;
 mod bound;
+mod cluster;
 mod outcome;
 mod progress;
 mod quantize;
@@ -33,6 +34,7 @@ enum Verb {
     Quantize(quantize::Arguments),
     Render(render::Arguments),
     Run(run::Arguments),
+    Cluster(cluster::Arguments),
     Report(report::Arguments),
     Reproduce(reproduce::Arguments),
 }
@@ -45,6 +47,7 @@ impl Verb {
             Self::Quantize(arguments) => quantize::execute(arguments),
             Self::Render(arguments) => render::execute(arguments),
             Self::Run(arguments) => run::execute(arguments),
+            Self::Cluster(arguments) => cluster::execute(arguments),
             Self::Report(arguments) => report::execute(arguments),
             Self::Reproduce(arguments) => reproduce::execute(arguments),
         }

@@ -3,10 +3,12 @@
 use crate::backend::BackendName;
 use crate::outcome::{Failure, Output};
 use crate::progress::Bar;
+use anyhow::anyhow;
 use clap::ValueEnum;
-use evaluation::{Backend, Build, Experiment, Prediction, Run, RunOptions, Scale, Shard};
+use evaluation::{Backend, Build, Experiment, PartOptions, Prediction, Run, RunOptions, Scale, Shard};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// Run an experiment and record it.
 #[derive(clap::Args)]
@@ -32,12 +34,25 @@ pub(crate) struct Arguments {
     /// Go on with the newest unfinished search or shard of this experiment and scale; without one, begin.
     #[arg(long)]
     resume: bool,
-    /// Only part i of N, to be merged later: of a search's candidates, of the views of kind `filterable`.
+    /// Only part i of N, to be merged later: of a search's candidates, of the views or families of other kinds.
     #[arg(long, value_name = "i/N", conflicts_with = "merge")]
     shard: Option<Shard>,
-    /// Run directory of a shard; give all of them to complete the run.
+    /// Round of the shard, counted from 0: in a search round k judges what is left of the race on block k. Its findings become a
+    /// file in the folder --parts; where that file is, nothing is done.
+    #[arg(long, value_name = "k", requires = "shard", conflicts_with = "resume")]
+    round: Option<usize>,
+    /// Write down what round k is made of, once all shards of the rounds before it are in the folder --parts.
+    #[arg(long, value_name = "k", conflicts_with_all = ["shard", "merge", "resume"])]
+    select: Option<usize>,
+    /// Folder that all shards share; without this EXPERIMENT/parts-SCALE/ below --out.
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["merge", "resume"])]
+    parts: Option<PathBuf>,
+    /// Run directory of a shard, give all of them; or the one folder of --parts. Completes the run.
     #[arg(long, value_name = "DIR")]
     merge: Vec<PathBuf>,
+    /// How long files may take to show in a folder that machines share.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0)]
+    wait: u64,
     /// Judge every candidate of a search on every fragment, without a race.
     #[arg(long)]
     exhaustive: bool,
@@ -45,7 +60,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value = "cpu", requires = "exhaustive")]
     backend: BackendName,
     /// Say what a search will cost, and stop.
-    #[arg(long, conflicts_with_all = ["resume", "shard", "merge"])]
+    #[arg(long, conflicts_with_all = ["resume", "shard", "merge", "select"])]
     dry_run: bool,
     #[command(flatten)]
     output: Output,
@@ -93,7 +108,12 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         let prediction = experiment.predict(arguments.threads, backend)?;
         return arguments.output.emit(&prediction, |out| describe(out, &prediction));
     }
-    let part = Part { resume: arguments.resume, shard: arguments.shard, merge: &arguments.merge, backend };
+    if arguments.select.is_some() || arguments.round.is_some() || arguments.parts.is_some() {
+        return share(arguments, &experiment, scale);
+    }
+    let patience = Duration::from_secs(arguments.wait);
+    let Arguments { resume, shard, merge, .. } = arguments;
+    let part = Part { resume: *resume, shard: *shard, merge, patience, backend };
     let run = recorded(&experiment, scale, &arguments.out, arguments.threads, part)?;
     let written =
         if run.complete { ::report::page(&run.directory).and_then(|page| page.write())? } else { Vec::new() };
@@ -119,12 +139,60 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     })
 }
 
+#[derive(Serialize)]
+struct Shared {
+    experiment: String,
+    scale: Scale,
+    round: usize,
+    /// None where a round was selected.
+    shard: Option<String>,
+    pieces: usize,
+    parts: String,
+}
+
+/// One task of many on a folder that machines share.
+fn share(arguments: &Arguments, experiment: &Experiment, scale: Scale) -> Result<(), Failure> {
+    if arguments.shard.is_none() && arguments.select.is_none() {
+        return Err(Failure::Input(anyhow!("--parts goes with --shard i/N or with --select k")));
+    }
+    let own = || arguments.out.join(&experiment.name).join(format!("parts-{scale}"));
+    let parts = arguments.parts.clone().unwrap_or_else(own);
+    let round = arguments.select.or(arguments.round).unwrap_or(0);
+    let bar = Bar::new("pieces");
+    let progress = |done: usize, total: usize| bar.set(done, total);
+    let pieces = experiment.run_part(&PartOptions {
+        parts: &parts,
+        round,
+        shard: arguments.shard,
+        patience: Duration::from_secs(arguments.wait),
+        scale,
+        threads: arguments.threads,
+        backend: arguments.backend.into(),
+        build: build(),
+        progress: &progress,
+    })?;
+    bar.finish();
+    let answer = Shared {
+        experiment: experiment.name.clone(),
+        scale,
+        round,
+        shard: arguments.shard.map(|shard| shard.to_string()),
+        pieces,
+        parts: parts.display().to_string(),
+    };
+    arguments.output.emit(&answer, |out| match &answer.shard {
+        Some(shard) => writeln!(out, "round {round}, shard {shard}: {pieces} pieces in {}", answer.parts),
+        None => writeln!(out, "round {round} has {pieces} pieces, written down in {}", answer.parts),
+    })
+}
+
 /// What of an experiment is run.
 #[derive(Default)]
 pub(crate) struct Part<'a> {
     pub resume: bool,
     pub shard: Option<Shard>,
     pub merge: &'a [PathBuf],
+    pub patience: Duration,
     pub backend: Backend,
 }
 
@@ -134,7 +202,7 @@ pub(crate) fn recorded(
     scale: Scale,
     results: &Path,
     threads: Option<usize>,
-    Part { resume, shard, merge, backend }: Part<'_>,
+    Part { resume, shard, merge, patience, backend }: Part<'_>,
 ) -> Result<Run, Failure> {
     let bar = Bar::new("trials");
     let progress = |done: usize, total: usize| bar.set(done, total);
@@ -146,6 +214,7 @@ pub(crate) fn recorded(
         resume,
         shard,
         merge,
+        patience,
         backend,
         build,
         command,

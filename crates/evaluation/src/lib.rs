@@ -6,6 +6,7 @@
 
 mod error;
 mod experiment;
+mod forecast;
 mod fragments;
 mod kinds;
 mod lit_frames;
@@ -21,6 +22,7 @@ mod timing;
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
 pub use experiment::{Alphas, CardPrediction, Experiment, Prediction, Scale};
+pub use forecast::Forecast;
 pub use fragments::{ReferenceRecord, SceneSettings, TruthSetting, ViewRecord};
 pub use kinds::bounds::{
     BoundsExperiment, BoundsFigure, BoundsMark, BoundsRecord, BoundsSample, BoundsTechnique, BoundsTiming,
@@ -77,11 +79,11 @@ pub use moment_problem::MomentBound;
 pub use pictures::PICTURE_GAP;
 pub use provenance::{Build, Provenance, logical_cores};
 pub use role::{Role, with_role};
-pub use run::{Backend, Progress, Run, RunOptions};
+pub use run::{Backend, PartOptions, Progress, Run, RunOptions};
 pub use run_directory::{RecordedFile, RunDirectory, write_whole};
 pub use shadow_filtering::{DepthBias, TechniqueSpec};
 pub use shadow_renderer::WHOLE_FRAME;
-pub use shards::Shard;
+pub use shards::{RoundState, Shard, ranges, round_state};
 pub use statistics::NOTHING;
 pub use timing::{GpuRecord, TimedSample, TimingSetting};
 

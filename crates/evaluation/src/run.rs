@@ -5,7 +5,7 @@ use crate::experiment::kind::RunContext;
 use crate::experiment::{Experiment, Prediction, Scale};
 use crate::provenance::{Build, Provenance, cpu_model, inputs, logical_cores, sha256, utc};
 use crate::run_directory::{RecordedFile, RunDirectory};
-use crate::shards::{self, Shard};
+use crate::shards::{self, Shard, Task};
 use rayon::ThreadPoolBuilder;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -36,16 +36,40 @@ pub struct RunOptions<'a> {
     pub threads: Option<usize>,
     /// Go on with the newest unfinished run of this experiment and scale, if there is one.
     pub resume: bool,
-    /// Judge only this part of the candidates.
+    /// Work only on this part of the first round.
     pub shard: Option<Shard>,
-    /// Directories of all shards of a search, to be completed.
+    /// Directories of all shards to be completed, or the one folder that they shared.
     pub merge: &'a [PathBuf],
+    /// How long files may take to show in that folder.
+    pub patience: Duration,
     /// What solves linear programs.
     pub backend: Backend,
     /// The code that runs.
     pub build: Build,
     /// The command line, for the provenance.
     pub command: String,
+    /// Progress.
+    pub progress: Progress<'a>,
+}
+
+/// What a task on a folder that machines share needs to know beside the experiment.
+pub struct PartOptions<'a> {
+    /// The folder.
+    pub parts: &'a Path,
+    /// Which round, counted from 0.
+    pub round: usize,
+    /// The part of it that is wanted; without one its pieces are selected.
+    pub shard: Option<Shard>,
+    /// How long files may take to show in the folder.
+    pub patience: Duration,
+    /// Scale the experiment was resolved at.
+    pub scale: Scale,
+    /// Worker threads; without it one per logical core.
+    pub threads: Option<usize>,
+    /// What solves linear programs.
+    pub backend: Backend,
+    /// The code that runs.
+    pub build: Build,
     /// Progress.
     pub progress: Progress<'a>,
 }
@@ -94,10 +118,15 @@ impl Experiment {
         let context = RunContext {
             progress: options.progress,
             directory: directory.path(),
-            shard: options.shard,
-            merge: options.merge,
+            task: match options.shard {
+                Some(shard) => Task::Shard(shard),
+                None if options.merge.is_empty() => Task::Whole,
+                None => Task::Merge { directories: options.merge, patience: options.patience },
+            },
+            keeps_findings: self.settings.kind().is_resumable,
             backend: options.backend,
             identity: self.identity(&options.build),
+            started: clock,
         };
         let result = pool.install(|| self.settings.run(&context));
         let located = |error| self.located(error, options.scale);
@@ -164,6 +193,41 @@ impl Experiment {
         })
     }
 
+    /// Rounds in which shards work; 0 if the experiment cannot be divided.
+    pub fn rounds(&self) -> usize {
+        if self.settings.kind().is_divisible { self.settings.rounds() } else { 0 }
+    }
+
+    /// One task of many on a folder that machines share: a shard of a round, or without one the selection of what the round is
+    /// made of. Repeated, it does nothing where it was done. Returns the number of pieces.
+    ///
+    /// # Errors
+    /// As [`Experiment::run`]; [`EvaluationError::Input`] naming files of the folder that are missing, damaged or of another run.
+    pub fn run_part(&self, options: &PartOptions<'_>) -> Result<usize, EvaluationError> {
+        let (_, pool) = pool(options.threads)?;
+        if self.rounds() == 0 {
+            return Err(self.refused("--shard"));
+        }
+        let &PartOptions { parts, round, patience, .. } = options;
+        let context = RunContext {
+            progress: options.progress,
+            directory: parts,
+            task: match options.shard {
+                Some(shard) => Task::Part { parts, round, shard, patience },
+                None => Task::Select { parts, round, patience },
+            },
+            keeps_findings: false,
+            backend: options.backend,
+            identity: self.identity(&options.build),
+            started: Instant::now(),
+        };
+        if let Some(recorded) = shards::already_there(&context)? {
+            return Ok(recorded.trials);
+        }
+        let result = pool.install(|| self.settings.run(&context));
+        result.map(|recorded| recorded.trials).map_err(|error| self.located(error, options.scale))
+    }
+
     /// What a search will cost, measured on some of its candidates.
     ///
     /// # Errors
@@ -197,9 +261,14 @@ impl Experiment {
         EvaluationError::Value(format!("{option} is not for experiments of kind \"{kind}\" such as `{name}`"))
     }
 
-    /// Program and resolved experiment: what findings of an earlier run must agree with.
+    /// Program, resolved experiment and files of its scenes: what findings of an earlier run must agree with.
     fn identity(&self, build: &Build) -> String {
-        sha256(format!("{} {} {}\n{}", build.version, build.commit, build.dirty, self.resolved).as_bytes())
+        let Build { version, commit, dirty, .. } = build;
+        let mut text = format!("{version} {commit} {dirty}\n{}", self.resolved);
+        for scene in self.scenes().iter().filter(|scene| Path::new(scene).is_file()) {
+            text += &std::fs::read(scene).map_or_else(|error| error.to_string(), |bytes| sha256(&bytes));
+        }
+        sha256(text.as_bytes())
     }
 }
 

@@ -1,5 +1,7 @@
 //! Means, how sure they are, percentiles, and the precision of the tables.
 
+use serde::{Deserialize, Serialize};
+
 /// Running count, mean and sum of squared deviations (Welford).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Running {
@@ -30,7 +32,7 @@ impl Running {
 }
 
 /// A mean with its sampling variance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct Mean {
     pub(crate) value: f64,
     pub(crate) variance: f64,

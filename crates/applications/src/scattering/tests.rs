@@ -226,7 +226,7 @@ fn filtered_resampling_keeps_surfaces() {
     let rectification = Rectification::new(&frustum, view.axes, [96; 2], 0.05).unwrap();
     let nearest = RectifiedMap::nearest(rectification, &view.light);
     let technique = technique(MomentBound::Hamburger4);
-    let stored = technique.filtered(&map, &Kernel::uniform(3).unwrap()).unwrap();
+    let stored = technique.filtered::<f64>(&map, &Kernel::uniform(3).unwrap()).unwrap();
     let depths = FilteredDepths::new(&technique, &stored).unwrap();
     let filtered = RectifiedMap::filtered(rectification, &view.light, &depths).unwrap();
     let (mut same, mut two) = (0, 0);

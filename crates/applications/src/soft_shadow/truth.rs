@@ -1,6 +1,7 @@
 //! The truth: the fraction of the light that a receiver does not see, by shadow rays.
 
 use random_stream::Random;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::area_light::PlacedLight;
@@ -46,7 +47,7 @@ pub enum TruthError {
 }
 
 /// What rays found.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct OccludedFraction {
     /// Fraction of the light's area that the receiver does not see; solid angle and cosine do not weigh.
     pub fraction: f64,

@@ -6,13 +6,14 @@ use super::prediction::Prediction;
 use crate::error::EvaluationError;
 use crate::fragments::SceneSettings;
 use crate::run::{Backend, Progress, Recorded};
-use crate::shards::Shard;
+use crate::shards::Task;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::any::Any;
 use std::fmt::Debug;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
+use std::time::Instant;
 use toml::Table;
 use toml::de::DeTable;
 
@@ -49,6 +50,11 @@ pub(crate) trait Settings: Any + Clone + Debug + DeserializeOwned + Serialize + 
     /// Follows the scenes where other keys name them, once they have been replaced.
     fn scenes_replaced(&mut self) {}
 
+    /// Rounds in which shards work: a round begins when the one before it is complete.
+    fn rounds(&self) -> usize {
+        1
+    }
+
     /// Evaluates all trials.
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError>;
 
@@ -64,14 +70,16 @@ pub(crate) struct RunContext<'a> {
     pub(crate) progress: Progress<'a>,
     /// The run directory, for checkpoints.
     pub(crate) directory: &'a Path,
-    /// The part that is wanted; all without it.
-    pub(crate) shard: Option<Shard>,
-    /// Run directories of all shards, to be completed.
-    pub(crate) merge: &'a [PathBuf],
+    /// What of the experiment is wanted.
+    pub(crate) task: Task<'a>,
+    /// Whether findings go to a file of the run directory as they come.
+    pub(crate) keeps_findings: bool,
     /// What solves linear programs.
     pub(crate) backend: Backend,
-    /// Stands for the program and the resolved experiment.
+    /// Stands for the program, the resolved experiment and the files of its scenes.
     pub(crate) identity: String,
+    /// When the run began.
+    pub(crate) started: Instant,
 }
 
 /// Keys of every experiment.
@@ -135,6 +143,7 @@ pub(crate) trait AnySettings: Debug + Send + Sync {
     fn with_scenes(&self, scenes: &[String]) -> Arc<dyn AnySettings>;
     fn exhaustive(&self) -> Option<Arc<dyn AnySettings>>;
     fn table(&self) -> Result<Table, toml::ser::Error>;
+    fn rounds(&self) -> usize;
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError>;
     fn predict(&self, threads: usize, backend: Backend) -> Option<Result<Prediction, EvaluationError>>;
 }
@@ -187,6 +196,10 @@ impl<T: Settings> AnySettings for Given<T> {
             table.extend(Table::try_from(scenery)?);
         }
         Ok(table)
+    }
+
+    fn rounds(&self) -> usize {
+        self.own.rounds()
     }
 
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {

@@ -19,6 +19,8 @@ pub struct Prediction {
     pub hours: f64,
     /// Bytes of checkpoint and tables.
     pub disk_bytes: u64,
+    /// Bytes of memory of a shard of the largest block.
+    pub memory_bytes: u64,
     /// What a graphics processor would take, where one is asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub card: Option<CardPrediction>,

@@ -3,9 +3,10 @@
 //! One line a finding, ended by a checksum. The first line names the inputs. A last line without its end was being written when
 //! the run was killed and is dropped; any other damage is an error, and nothing is changed.
 
-use super::{Finding, Shard};
+use super::sealed::{foreign, read, sealed, unsealed, written};
+use super::{Pieces, Shard};
 use crate::error::EvaluationError;
-use crate::provenance::sha256;
+use serde::Serialize;
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
 use std::io::Write;
@@ -14,24 +15,24 @@ use std::path::{Path, PathBuf};
 /// File name within a run directory.
 pub(crate) const FILE: &str = "checkpoint.log";
 
-const MAGIC: &str = "msm findings, checkpoint 2";
+const MAGIC: &str = "msm findings, checkpoint 3";
 
 /// The findings of a file and where its valid part ends.
-pub(crate) struct Loaded<F: Finding> {
-    pub(crate) shard: Shard,
-    pub(crate) findings: HashMap<F::Key, F>,
+pub(super) struct Loaded<P: Pieces> {
+    pub(super) shard: Shard,
+    pub(super) findings: HashMap<P::Key, P::Finding>,
     length: u64,
 }
 
 /// An open checkpoint.
-pub(crate) struct Checkpoint {
+pub(super) struct Checkpoint {
     path: PathBuf,
     file: File,
 }
 
 impl Checkpoint {
     /// Starts a file.
-    pub(crate) fn create(path: &Path, inputs: &str, shard: Shard) -> Result<Self, EvaluationError> {
+    pub(super) fn create(path: &Path, inputs: &str, shard: Shard) -> Result<Self, EvaluationError> {
         let fail = |source| EvaluationError::Write { path: path.to_owned(), source };
         let file = OpenOptions::new().append(true).create_new(true).open(path).map_err(fail)?;
         let mut checkpoint = Self { path: path.to_owned(), file };
@@ -40,7 +41,7 @@ impl Checkpoint {
     }
 
     /// Goes on with a file, without what follows its last whole line.
-    pub(crate) fn resume<F: Finding>(path: &Path, loaded: &Loaded<F>) -> Result<Self, EvaluationError> {
+    pub(super) fn resume<P: Pieces>(path: &Path, loaded: &Loaded<P>) -> Result<Self, EvaluationError> {
         let fail = |source| EvaluationError::Write { path: path.to_owned(), source };
         let file = OpenOptions::new().append(true).open(path).map_err(fail)?;
         file.set_len(loaded.length).map_err(fail)?;
@@ -48,8 +49,11 @@ impl Checkpoint {
     }
 
     /// Appends findings with one write.
-    pub(crate) fn append<F: Finding>(&mut self, findings: &[(F::Key, F)]) -> Result<(), EvaluationError> {
-        let text: String = findings.iter().map(|(key, finding)| sealed(&finding.line(key))).collect();
+    pub(super) fn append<K: Serialize, F: Serialize>(
+        &mut self,
+        findings: &[(K, F)],
+    ) -> Result<(), EvaluationError> {
+        let text: String = findings.iter().map(|(key, finding)| written(key, finding)).collect();
         self.write(&text)
     }
 
@@ -59,14 +63,14 @@ impl Checkpoint {
     }
 
     /// Makes sure that everything has reached the disk.
-    pub(crate) fn sync(&self) -> Result<(), EvaluationError> {
+    pub(super) fn sync(&self) -> Result<(), EvaluationError> {
         let fail = |source| EvaluationError::Write { path: self.path.clone(), source };
         self.file.sync_data().map_err(fail)
     }
 }
 
 /// Reads a file that was written for these inputs.
-pub(crate) fn load<F: Finding>(path: &Path, inputs: &str) -> Result<Loaded<F>, EvaluationError> {
+pub(super) fn load<P: Pieces>(path: &Path, inputs: &str) -> Result<Loaded<P>, EvaluationError> {
     let fail = |reason: String| EvaluationError::Input { path: path.to_owned(), reason };
     let bytes = std::fs::read(path).map_err(|error| fail(error.to_string()))?;
     let end = bytes.iter().rposition(|&byte| byte == b'\n').map_or(0, |at| at + 1);
@@ -81,46 +85,23 @@ pub(crate) fn load<F: Finding>(path: &Path, inputs: &str) -> Result<Loaded<F>, E
         return Err(fail("line 1 names no inputs and shard".to_owned()));
     };
     if theirs != inputs {
-        return Err(fail(format!(
-            "belongs to another search or run: its inputs are {}, those of this run are {} (experiment, scenes, seed, scale \
-             and program must be the same)",
-            short(theirs),
-            short(inputs)
-        )));
+        return Err(fail(foreign(theirs, inputs)));
     }
     let shard = shard.parse().map_err(fail)?;
     let mut findings = HashMap::new();
     for (number, line) in lines {
         let damaged = |what: &str| fail(format!("line {} is damaged: {what}", number + 1));
         let content = unsealed(line).ok_or_else(|| damaged("wrong checksum"))?;
-        let (key, finding) = F::parse(content).ok_or_else(|| damaged("not a finding"))?;
+        let (key, finding) = read(content).ok_or_else(|| damaged("not a finding"))?;
         findings.insert(key, finding);
     }
     Ok(Loaded { shard, findings, length: end as u64 })
 }
 
-fn short(hash: &str) -> &str {
-    hash.get(..12).unwrap_or(hash)
-}
-
-/// A line with its checksum.
-fn sealed(content: &str) -> String {
-    format!("{content} {}\n", checksum(content))
-}
-
-fn unsealed(line: &str) -> Option<&str> {
-    let (content, sum) = line.rsplit_once(' ')?;
-    (checksum(content) == sum).then_some(content)
-}
-
-fn checksum(content: &str) -> String {
-    sha256(content.as_bytes())[..8].to_owned()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kinds::search::judge::{Finding, Verdict};
+    use crate::kinds::search::{Finding, SearchPieces, Verdict};
     use crate::statistics::Mean;
 
     fn finding(error: f64) -> Finding {
@@ -145,7 +126,7 @@ mod tests {
         let header = whole.iter().position(|&byte| byte == b'\n').unwrap() + 1;
         for length in header..=whole.len() {
             std::fs::write(&path, &whole[..length]).unwrap();
-            let loaded = load::<Finding>(&path, "abc").unwrap();
+            let loaded = load::<SearchPieces<'_>>(&path, "abc").unwrap();
             assert_eq!(loaded.shard, Shard { index: 2, count: 3 });
             let expected = whole[header..length].iter().filter(|&&byte| byte == b'\n').count();
             assert_eq!(loaded.findings.len(), expected);
@@ -154,7 +135,7 @@ mod tests {
             resumed.append(&findings[expected..]).unwrap();
             assert_eq!(std::fs::read(&path).unwrap(), whole);
         }
-        let loaded = load::<Finding>(&path, "abc").unwrap();
+        let loaded = load::<SearchPieces<'_>>(&path, "abc").unwrap();
         assert!(findings.iter().all(|(key, finding)| loaded.findings[key] == *finding));
         std::fs::remove_file(&path).unwrap();
     }
@@ -164,8 +145,9 @@ mod tests {
         let path = file("damage");
         let mut checkpoint = Checkpoint::create(&path, "abc", Shard::WHOLE).unwrap();
         checkpoint.append(&[((0, 4, 7), finding(0.1)), ((0, 4, 8), finding(0.2))]).unwrap();
-        let message =
-            |inputs: &str| load::<Finding>(&path, inputs).err().map(|e| e.to_string()).unwrap_or_default();
+        let message = |inputs: &str| {
+            load::<SearchPieces<'_>>(&path, inputs).err().map(|e| e.to_string()).unwrap_or_default()
+        };
         assert!(message("abd").contains("another search"));
         let whole = std::fs::read(&path).unwrap();
         // Every byte but the ends of lines, whose change can make a line torn.

@@ -28,6 +28,7 @@ use engine::{Engine, Job};
 pub(crate) use exact::bound as exact_bound;
 pub use exact::{good_lp_bound, reference_bound};
 use lanes::{Lanes, Portable};
+use serde::{Deserialize, Serialize};
 pub use support::{FunctionTable, SupportColumns, SupportDistribution, snap};
 
 /// Largest number of rows: 1 and eight functions.
@@ -108,7 +109,7 @@ pub struct FastSolution {
 }
 
 /// Where the distributions of a solution lie: what another basis needs of it, a twentieth of its memory.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
 pub struct FastStart {
     rank: usize,
     /// Ascending indices of the basic depths, `rank` for each fragment; all 0 where there is no vertex of that rank.

@@ -4,6 +4,7 @@ use super::CHUNK;
 use super::pairs::MAX_RANK;
 use super::span::FunctionSpan;
 use crate::fast_simplex::{FastFragment, FastStart, SupportDistribution};
+use serde::{Deserialize, Serialize};
 
 /// Programs of kernels with their coordinates in a [`FunctionSpan`]: what does not depend on the basis.
 #[derive(Clone, Debug)]
@@ -35,6 +36,40 @@ impl<'a> ProgramBatch<'a> {
         kernels: &'a [SupportDistribution],
         fragments: &'a [FastFragment],
     ) -> Self {
+        Self::build(span, kernels, fragments, |kernel, _| span.coordinates(kernel))
+    }
+
+    /// The same with the coordinates that a batch of these programs has, which take longest to compute; `None` if there are too
+    /// many or too few of them.
+    ///
+    /// # Panics
+    /// If a fragment names a kernel that does not exist, or a kernel a depth that the span's support does not have.
+    pub fn with_coordinates(
+        span: &'a FunctionSpan,
+        kernels: &'a [SupportDistribution],
+        fragments: &'a [FastFragment],
+        coordinates: &[f64],
+    ) -> Option<Self> {
+        let dimensions = span.dimensions();
+        let row = |_: &SupportDistribution, place: u32| {
+            let given = coordinates.chunks_exact(dimensions).nth(place as usize);
+            given.map_or_else(|| vec![0.0; dimensions], <[f64]>::to_vec)
+        };
+        let batch = Self::build(span, kernels, fragments, row);
+        (batch.coordinates.len() == coordinates.len()).then_some(batch)
+    }
+
+    /// Coordinates of all kernels that fragments name, in the order in which they do so first.
+    pub fn all_coordinates(&self) -> &[f64] {
+        &self.coordinates
+    }
+
+    fn build(
+        span: &'a FunctionSpan,
+        kernels: &'a [SupportDistribution],
+        fragments: &'a [FastFragment],
+        row_of: impl Fn(&SupportDistribution, u32) -> Vec<f64>,
+    ) -> Self {
         let mut places = vec![u32::MAX; kernels.len()];
         let mut coordinates = Vec::new();
         let mut used = 0;
@@ -46,8 +81,8 @@ impl<'a> ProgramBatch<'a> {
             let kernel = fragment.kernel as usize;
             if places[kernel] == u32::MAX {
                 places[kernel] = used;
+                let row = row_of(&kernels[kernel], used);
                 used += 1;
-                let row = span.coordinates(&kernels[kernel]);
                 mass_error = mass_error.max((row[0] - 1.0).abs() + f64::EPSILON);
                 of_kernels.push(row.iter().map(|value| value * value).sum::<f64>().sqrt());
                 coordinates.extend(row);
@@ -130,7 +165,7 @@ fn few(kernel: &SupportDistribution) -> [u16; MAX_RANK] {
 }
 
 /// Two guesses at the optimal columns of each program, from solutions for other bases of the same rank.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct LaneStarts {
     pub(super) rank: usize,
     /// Ascending columns, `rank` for each program.

@@ -12,15 +12,12 @@ use super::view::{Sample, View};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::fragments::{LoadedScene, reference_records, spread};
-use crate::provenance::sha256;
 use crate::run::Recorded;
-use crate::shards::{self, Shard};
+use crate::shards::{self, Gathered, Keep, Known, Pieces};
 use applications::{Estimate, truths};
 use rayon::prelude::*;
 use scenes::LightView;
 use shadow_filtering::{FilteringError, Receiver};
-use std::collections::HashMap;
-use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 impl FilterablePlan<'_> {
@@ -164,50 +161,47 @@ impl FilterableExperiment {
         }
         let views: Vec<_> =
             scenes.iter().flat_map(|scene| scene.lights.iter().map(move |light| (scene, light))).collect();
-        let shard = context.shard.unwrap_or(Shard::WHOLE);
-        let wanted: Vec<usize> = (0..views.len()).filter(|&number| shard.contains(number)).collect();
-        // A whole run keeps its findings in memory: written down they are much larger than its records.
-        let is_divided = context.shard.is_some() || !context.merge.is_empty();
-        let (mut known, mut checkpoint) = if is_divided {
-            let inputs = self.inputs(context)?;
-            let (known, checkpoint) =
-                shards::open::<Finding>(context, &inputs, || (0..views.len()).collect())?;
-            (known, Some(checkpoint))
-        } else {
-            (HashMap::new(), None)
-        };
-        let (done, total) = (AtomicUsize::new(0), wanted.len() * self.technique.len());
-        for &number in &wanted {
-            let count = || (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-            if known.contains_key(&number) {
-                (0..self.technique.len()).for_each(|_| count());
-                continue;
+        match shards::gather(context, &context.identity, &FilterablePieces { plan: &plan, views, context })? {
+            Gathered::All(mut known) => {
+                Tables::new((0..known.len()).filter_map(|number| known.remove(&number))).recorded(&plan)
             }
-            let finding = plan.finding(views[number], number, &count)?;
-            if let Some(checkpoint) = &mut checkpoint {
-                checkpoint.append(&[(number, finding.clone())])?;
-                checkpoint.sync()?;
-            }
-            known.insert(number, finding);
+            Gathered::Part(recorded) => Ok(recorded),
         }
-        if context.shard.is_some() {
-            return Ok(Recorded { files: Vec::new(), trials: total, failed: 0, complete: false });
-        }
-        Tables::new((0..views.len()).filter_map(|number| known.remove(&number))).recorded(&plan)
+    }
+}
+
+/// The views as pieces of work.
+struct FilterablePieces<'a> {
+    plan: &'a FilterablePlan<'a>,
+    views: Vec<(&'a LoadedScene<'a>, &'a LightView)>,
+    context: &'a RunContext<'a>,
+}
+
+impl Pieces for FilterablePieces<'_> {
+    type Key = usize;
+    type Finding = Finding;
+
+    fn name(&self) -> &'static str {
+        "views"
     }
 
-    /// A hash of what findings depend on: program, settings and the files of scenes.
-    fn inputs(&self, context: &RunContext<'_>) -> Result<String, EvaluationError> {
-        let mut text = context.identity.clone();
-        for (scene, index) in self.scenery.scenes.iter().zip(0..) {
-            let path = Path::new(scene);
-            if path.is_file() {
-                let bytes = std::fs::read(path).map_err(|error| {
-                    EvaluationError::key(format!("scenes[{index}]"), format!("scene `{scene}`: {error}"))
-                })?;
-                text += &sha256(&bytes);
-            }
+    fn keys(&self, _round: usize, _known: &Known<Self>) -> Vec<usize> {
+        (0..self.views.len()).collect()
+    }
+
+    fn find(
+        &self,
+        keys: &[usize],
+        (before, all): (usize, usize),
+        keep: Keep<'_, Self>,
+    ) -> Result<(), EvaluationError> {
+        // Techniques are counted: a view takes long.
+        let each = self.plan.methods.len();
+        let done = AtomicUsize::new(before * each);
+        let count = || (self.context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, all * each);
+        for &number in keys {
+            keep(vec![(number, self.plan.finding(self.views[number], number, &count)?)])?;
         }
-        Ok(sha256(text.as_bytes()))
+        Ok(())
     }
 }

@@ -11,7 +11,6 @@ use crate::error::EvaluationError;
 use crate::fragments::{ReferenceRecord, ViewRecord};
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
-use crate::shards;
 use crate::statistics::NOTHING;
 use crate::timing::TimedSample;
 use applications::ShadowMethod;
@@ -39,21 +38,6 @@ pub(super) struct Finding {
     pub(super) pictures: picture::Tables,
     /// Of the first view.
     pub(super) samples: Vec<TimedSample>,
-}
-
-impl shards::Finding for Finding {
-    const PIECES: &'static str = "views";
-    type Key = usize;
-
-    fn line(&self, key: &usize) -> String {
-        // Numbers and text have no reason to fail; a line without a finding would be refused when it is read.
-        format!("{key} {}", serde_json::to_string(self).unwrap_or_default())
-    }
-
-    fn parse(content: &str) -> Option<(usize, Self)> {
-        let (key, finding) = content.split_once(' ')?;
-        Some((key.parse().ok()?, serde_json::from_str(finding).ok()?))
-    }
 }
 
 /// What is kept of the views.

@@ -11,6 +11,7 @@ use moment_problem::Basis;
 use quantization::bias::{Target, fastest, smallest_alpha};
 use quantization::{DepthInterval, MomentMatrix};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{FilteringError, Kernel, Position, Receiver, ShadowBound, TechniqueSpec};
 
 /// Steps of the search between two biases of the scale: narrows them to a thousandth of their distance.
@@ -40,6 +41,7 @@ pub(crate) struct Evaluated {
 }
 
 /// Where the error is least.
+#[derive(Clone, Deserialize, Serialize)]
 pub(crate) struct Best {
     pub(crate) target: BiasTarget,
     pub(crate) alpha: f64,

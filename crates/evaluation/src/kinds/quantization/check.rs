@@ -12,6 +12,7 @@ use moment_problem::Basis;
 impl Settings for QuantizationExperiment {
     const KIND: &'static str = "quantization";
     const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });

@@ -3,7 +3,7 @@
 use super::bias_search::{Best, Evaluated, Fragments, evaluate, exact, failed, nothing};
 use super::gains;
 use super::geometry;
-use super::records::{ComparisonRecord, QuantizationRecord};
+use super::records::{BiasRecord, CodeRecord, ComparisonRecord, GainRecord, GainSample, QuantizationRecord};
 use super::settings::QuantizationExperiment;
 use super::stored_technique::StoredTechnique;
 use super::workload::StoredView;
@@ -11,42 +11,63 @@ use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Gathered};
 use crate::statistics::rounded;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+use std::rc::Rc;
 
 impl QuantizationExperiment {
     /// Optimises, then evaluates one way to store moments after the other.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let views = StoredView::all(self)?;
         let variants = StoredTechnique::all(self)?;
-        let total = self.gain.len() + variants.len();
-        let (mut gains, mut samples) = (Vec::new(), Vec::new());
-        for (done, setting) in self.gain.iter().enumerate() {
-            let (record, sample) = gains::optimised(setting, self.scenery.seed);
-            gains.push(record);
-            samples.push(sample);
-            (context.progress)(done + 1, total);
+        // What variants have in common, as far as it is known.
+        let by_kernel: RefCell<Vec<(String, Rc<Fragments<'_>>)>> = RefCell::default();
+        let fragments = |StoredTechnique { kernel_name, kernel, .. }: &StoredTechnique| {
+            let known = by_kernel.borrow().iter().find(|(name, _)| name == kernel_name).cloned();
+            known.map_or_else(
+                || {
+                    let fragments = Rc::new(Fragments::new(&views, kernel));
+                    by_kernel.borrow_mut().push((kernel_name.clone(), Rc::clone(&fragments)));
+                    fragments
+                },
+                |(_, fragments)| fragments,
+            )
+        };
+        let exact = RefCell::new(Vec::new());
+        let one = |number: usize| {
+            if let Some(setting) = self.gain.get(number) {
+                let (record, sample) = gains::optimised(setting, self.scenery.seed);
+                return Ok(Finding::Gain(record, sample));
+            }
+            let variant = &variants[number - self.gain.len()];
+            of_variant(self, variant, &fragments(variant), &exact).map(Finding::Variant)
+        };
+        let costs: Vec<u64> =
+            self.gain.iter().map(|_| 1).chain(variants.iter().map(StoredTechnique::cost)).collect();
+        let found = match shards::numbered(context, "gains and ways to store moments", &costs, &one)? {
+            Gathered::All(found) => found,
+            Gathered::Part(recorded) => return Ok(recorded),
+        };
+        let (mut gains, mut samples, mut tables) = (Vec::new(), Vec::new(), Tables::default());
+        for finding in found {
+            match finding {
+                Finding::Gain(record, sample) => {
+                    gains.push(record);
+                    samples.push(sample);
+                }
+                Finding::Variant(found) => tables.add(found),
+            }
         }
         for published in gains::all_published() {
             let record =
                 gains::published(published).map_err(|error| EvaluationError::Value(error.to_string()))?;
             gains.push(record);
         }
-        let mut tables = Tables::default();
-        let mut by_kernel: Vec<(String, Fragments<'_>)> = Vec::new();
-        for (done, variant) in variants.iter().enumerate() {
-            let known = by_kernel.iter().position(|(name, _)| *name == variant.kernel_name);
-            let place = known.unwrap_or_else(|| {
-                let fragments = Fragments::new(&views, &variant.kernel);
-                tables.records.push(nothing(&variant.kernel_name, &fragments));
-                by_kernel.push((variant.kernel_name.clone(), fragments));
-                by_kernel.len() - 1
-            });
-            tables.add(self, variant, &by_kernel[place].1)?;
-            (context.progress)(self.gain.len() + done + 1, total);
-        }
         let mut view_rows = Vec::new();
-        if let Some((_, fragments)) = by_kernel.first() {
-            let mut first = 0;
+        if let Some(variant) = variants.first() {
+            let (fragments, mut first) = (fragments(variant), 0);
             for view in &views {
                 let last = first + view.receivers.len();
                 view_rows.push(view.record(&fragments.reference[first..last]));
@@ -76,46 +97,88 @@ impl QuantizationExperiment {
     }
 }
 
+/// What a piece of the work has found.
+#[derive(Clone, Deserialize, Serialize)]
+enum Finding {
+    Gain(GainRecord, GainSample),
+    Variant(Found),
+}
+
+/// A way to store moments, and what it is compared with: every variant brings it, and the tables keep it once.
+#[derive(Clone, Deserialize, Serialize)]
+struct Found {
+    kernel: String,
+    nothing: QuantizationRecord,
+    bound: String,
+    exact: QuantizationRecord,
+    records: Vec<QuantizationRecord>,
+    biases: Vec<BiasRecord>,
+    codes: Vec<CodeRecord>,
+    best: Option<Best>,
+}
+
+/// G without quantisation by bound and filter, with its record.
+type Exact = ((&'static str, String), Rc<(Vec<f32>, QuantizationRecord)>);
+
+fn of_variant(
+    experiment: &QuantizationExperiment,
+    variant: &StoredTechnique,
+    fragments: &Fragments<'_>,
+    known: &RefCell<Vec<Exact>>,
+) -> Result<Found, EvaluationError> {
+    let key = (variant.bound_name(), variant.kernel_name.clone());
+    let before = known.borrow().iter().find(|(other, _)| *other == key).map(|(_, exact)| Rc::clone(exact));
+    let exact = match before {
+        Some(exact) => exact,
+        None => {
+            let exact = Rc::new(exact(variant, fragments)?);
+            known.borrow_mut().push((key, Rc::clone(&exact)));
+            exact
+        }
+    };
+    let Evaluated { records, biases, texels, best } =
+        evaluate(experiment, variant, fragments, &exact.0).unwrap_or_else(|error| failed(variant, &error));
+    let is_shown = variant.codes && !texels.is_empty();
+    Ok(Found {
+        kernel: variant.kernel_name.clone(),
+        nothing: nothing(&variant.kernel_name, fragments),
+        bound: variant.bound_name().to_owned(),
+        exact: exact.1.clone(),
+        records,
+        biases,
+        codes: if is_shown { geometry::codes(variant, &texels, experiment.code_bins) } else { Vec::new() },
+        best,
+    })
+}
+
 /// What is kept of the variants.
 #[derive(Default)]
 struct Tables {
     records: Vec<QuantizationRecord>,
-    biases: Vec<super::records::BiasRecord>,
-    codes: Vec<super::records::CodeRecord>,
+    biases: Vec<BiasRecord>,
+    codes: Vec<CodeRecord>,
     /// By variant.
     best: Vec<Option<Best>>,
-    /// G without quantisation by bound and filter.
-    exact: Vec<((&'static str, String), Vec<f32>)>,
+    /// Kernels, and bounds with kernels, that have rows already.
+    kernels: Vec<String>,
+    exact: Vec<(String, String)>,
 }
 
 impl Tables {
-    fn add(
-        &mut self,
-        experiment: &QuantizationExperiment,
-        variant: &StoredTechnique,
-        fragments: &Fragments<'_>,
-    ) -> Result<(), EvaluationError> {
-        let key = (variant.bound_name(), variant.kernel_name.clone());
-        let known = self.exact.iter().position(|(known, _)| *known == key);
-        let place = match known {
-            Some(place) => place,
-            None => {
-                let (intensities, record) = exact(variant, fragments)?;
-                self.records.push(record);
-                self.exact.push((key, intensities));
-                self.exact.len() - 1
-            }
-        };
-        let exact = &self.exact[place].1;
-        let Evaluated { records, biases, texels, best } =
-            evaluate(experiment, variant, fragments, exact).unwrap_or_else(|error| failed(variant, &error));
-        self.records.extend(records);
-        self.biases.extend(biases);
-        self.best.push(best);
-        if variant.codes && !texels.is_empty() {
-            self.codes.extend(geometry::codes(variant, &texels, experiment.code_bins));
+    fn add(&mut self, found: Found) {
+        if !self.kernels.contains(&found.kernel) {
+            self.records.push(found.nothing);
+            self.kernels.push(found.kernel.clone());
         }
-        Ok(())
+        let key = (found.bound, found.kernel);
+        if !self.exact.contains(&key) {
+            self.records.push(found.exact);
+            self.exact.push(key);
+        }
+        self.records.extend(found.records);
+        self.biases.extend(found.biases);
+        self.codes.extend(found.codes);
+        self.best.push(found.best);
     }
 
     /// Every transform against the baseline of its store, format by format.

@@ -76,6 +76,12 @@ impl StoredTechnique {
         self.biased.bound()
     }
 
+    /// What evaluating it costs beside others: moment matrices are inverted.
+    pub(crate) fn cost(&self) -> u64 {
+        let moments = self.bound().order() as u64;
+        moments * moments * self.targets.len().max(1) as u64
+    }
+
     pub(crate) fn bound_name(&self) -> &'static str {
         self.bound().name()
     }

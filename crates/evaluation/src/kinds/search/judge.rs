@@ -1,13 +1,13 @@
 //! One candidate on one block.
 
 use super::workload::{Block, Workload};
-use crate::shards;
 use crate::statistics::{Mean, Running, stratified};
 use moment_problem::fast_simplex::FastSolution;
 use moment_problem::lane_simplex::BatchSolution;
+use serde::{Deserialize, Serialize};
 
 /// What a block says about a candidate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub(crate) struct Verdict {
     /// Mean of |G - F|.
     pub(crate) error: f64,
@@ -91,7 +91,7 @@ pub(crate) fn judge(workload: &Workload, block: &Block, solution: &Solved, contr
 pub(crate) type Key = (u16, u16, u32);
 
 /// What was found about a candidate on a block.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub(crate) struct Finding {
     pub(crate) verdict: Verdict,
     /// Bit i: the i-th function of the candidate depends on those before it and was left out.
@@ -102,47 +102,5 @@ impl Finding {
     /// Nothing is left of the candidate.
     pub(crate) fn is_rejected(&self, order: usize) -> bool {
         self.dropped.count_ones() as usize == order
-    }
-}
-
-/// Numbers as the bits of their doubles, so that a resumed run ends with the bytes of an undisturbed one.
-impl shards::Finding for Finding {
-    const PIECES: &'static str = "candidates";
-
-    type Key = Key;
-
-    fn line(&self, key: &Key) -> String {
-        let v = &self.verdict;
-        format!(
-            "{} {} {} {:016x} {:016x} {:016x} {} {} {} {:x}",
-            key.0,
-            key.1,
-            key.2,
-            v.error.to_bits(),
-            v.difference.value.to_bits(),
-            v.difference.variance.to_bits(),
-            v.programs,
-            v.exact,
-            v.uncertified,
-            self.dropped
-        )
-    }
-
-    fn parse(content: &str) -> Option<(Key, Self)> {
-        let words: Vec<&str> = content.split(' ').collect();
-        let [block, order, number, error, value, variance, programs, exact, uncertified, dropped] = words[..]
-        else {
-            return None;
-        };
-        let double = |word: &str| u64::from_str_radix(word, 16).ok().map(f64::from_bits);
-        let verdict = Verdict {
-            error: double(error)?,
-            difference: Mean { value: double(value)?, variance: double(variance)? },
-            programs: programs.parse().ok()?,
-            exact: exact.parse().ok()?,
-            uncertified: uncertified.parse().ok()?,
-        };
-        let key = (block.parse().ok()?, order.parse().ok()?, number.parse().ok()?);
-        Some((key, Self { verdict, dropped: u16::from_str_radix(dropped, 16).ok()? }))
     }
 }

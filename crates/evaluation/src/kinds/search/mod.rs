@@ -9,13 +9,19 @@
 mod agreement;
 mod candidates;
 mod card;
-pub(crate) mod judge;
+mod judge;
+mod pieces;
 mod records;
 mod run;
 mod settings;
+mod supplies;
 mod sweep;
 mod timing;
 mod workload;
 
+#[cfg(test)]
+pub(crate) use judge::{Finding, Verdict};
+#[cfg(test)]
+pub(crate) use pieces::SearchPieces;
 pub use records::{MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, StageRecord};
 pub use settings::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};

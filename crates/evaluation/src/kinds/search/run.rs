@@ -4,18 +4,19 @@ use super::agreement::compare;
 use super::candidates::class;
 use super::card::{self, CardSweep};
 use super::judge::{Finding, Key};
+use super::pieces::SearchPieces;
 use super::records::{MarkRecord, SearchRecord, StageRecord};
 use super::settings::SearchExperiment;
+use super::supplies::Given;
 use super::sweep::Sweep;
 use super::timing::time;
 use super::workload::Workload;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::experiment::{CardPrediction, Prediction};
-use crate::provenance::sha256;
 use crate::run::{Backend, Recorded};
 use crate::run_directory::RecordedFile;
-use crate::shards::{self, Shard};
+use crate::shards::{self, Gathered, Task};
 use crate::statistics::{Mean, joined, rounded_to, stratified};
 use moment_problem::BasisFunction;
 use moment_problem_gpu::Card;
@@ -38,20 +39,25 @@ impl SearchExperiment {
 
     /// Runs the search or a part of it.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        let (workload, functions) = self.prepare()?;
-        let inputs = sha256(format!("{} {}", context.identity, workload.digest()).as_bytes());
-        let sweep = Sweep::new(self, &workload, functions.len())?;
-        let (mut known, mut checkpoint) =
-            shards::open::<Finding>(context, &inputs, || sweep.first_keys(Shard::WHOLE))?;
-        let shard = context.shard.unwrap_or(Shard::WHOLE);
-        let card = card::chosen(context.backend)?;
+        let Given { workload, solved, inputs } = self.given(context)?;
+        let functions = self.functions()?;
+        let sweep = match solved {
+            Some((controls, coordinates)) => {
+                Sweep::with(self, &workload, functions.len(), (controls, &coordinates))
+            }
+            None => Sweep::new(self, &workload, functions.len())?,
+        };
+        let is_work = !matches!(context.task, Task::Select { .. });
+        let card = if is_work { card::chosen(context.backend)? } else { None };
         let on_card = card.as_ref().map(|card| CardSweep::new(&sweep, card)).transpose()?.flatten();
-        sweep.first(shard, on_card.as_ref(), &mut known, &mut checkpoint, context.progress)?;
-        if context.shard.is_some() {
-            return Ok(Recorded { files: Vec::new(), trials: known.len(), failed: 0, complete: false });
+        let pieces = SearchPieces { sweep: &sweep, card: on_card.as_ref(), progress: context.progress };
+        if matches!(context.task, Task::Select { round: 0, .. }) {
+            self.supply(context, &sweep)?;
         }
-        sweep.refine(&mut known, &mut checkpoint, context.progress)?;
-        self.recorded(&sweep, &functions, &known)
+        match shards::gather(context, &inputs, &pieces)? {
+            Gathered::All(known) => self.recorded(&sweep, &functions, &known),
+            Gathered::Part(recorded) => Ok(recorded),
+        }
     }
 
     fn recorded(
@@ -111,7 +117,11 @@ impl SearchExperiment {
             None => None,
         };
         /// Bytes of a candidate in checkpoint and table.
-        const BYTES: u64 = 190;
+        const BYTES: u64 = 400;
+        /// Bytes of a program: kernel, its coordinates, starts, errors, and the same once more while they are read.
+        const PROGRAM_BYTES: u64 = 1_000;
+        /// Bytes of everything else.
+        const CODE_BYTES: u64 = 64 << 20;
         Ok(Prediction {
             candidates,
             programs,
@@ -120,6 +130,7 @@ impl SearchExperiment {
             threads,
             hours: (programs + later) as f64 / programs_per_second / threads as f64 / 3600.0,
             disk_bytes: candidates * BYTES,
+            memory_bytes: PROGRAM_BYTES * (0..self.blocks).map(distinct).max().unwrap_or(0) + CODE_BYTES,
             card,
         })
     }

@@ -160,6 +160,10 @@ impl Settings for SearchExperiment {
         true
     }
 
+    fn rounds(&self) -> usize {
+        self.blocks
+    }
+
     fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         self.evaluate(context)
     }

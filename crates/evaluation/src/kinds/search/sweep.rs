@@ -1,29 +1,23 @@
 //! All candidates on the first block, the best on the later ones.
 
 use super::candidates::Subsets;
-use super::card::{CardSweep, TOGETHER};
 use super::judge::{Finding, Key, Solved, Verdict, errors, judge};
 use super::settings::SearchExperiment;
 use super::workload::{Block, Workload};
 use crate::error::EvaluationError;
-use crate::run::Progress;
-use crate::shards::{Checkpoint, Shard};
 use crate::statistics::{Mean, Running, joined, stratified};
 use moment_problem::fast_simplex::{FastSimplex, FastStart, SupportColumns};
 use moment_problem::lane_simplex::{LaneSimplex, LaneStarts, MAX_FUNCTIONS, ProgramBatch};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
-
-/// Candidates between two writes of the checkpoint: a fraction of a second's work.
-const CHUNK: usize = 32;
 
 /// A candidate is given up when it is worse than the best ones by more than this many standard errors of both: of
 /// 66 045 comparisons of normal variables two would be wrong.
 const KEEP_DEVIATIONS: f64 = 4.0;
 
 /// The control of an order: power moments, on one block.
+#[derive(Deserialize, Serialize)]
 pub(crate) struct Control {
     /// Every candidate starts near one of these.
     starts: Starts,
@@ -32,9 +26,18 @@ pub(crate) struct Control {
 }
 
 /// Solutions for power and trigonometric moments, for the solver that serves this number of functions.
+#[derive(Deserialize, Serialize)]
 enum Starts {
     Lanes(LaneStarts),
     Fast([FastStart; 2]),
+}
+
+/// On no programs.
+impl Default for Control {
+    fn default() -> Self {
+        let starts = Starts::Fast([FastStart::default(), FastStart::default()]);
+        Self { starts, errors: Vec::new(), verdict: Verdict::default() }
+    }
 }
 
 impl Control {
@@ -97,6 +100,23 @@ impl<'a> Sweep<'a> {
             controls.push(workload.blocks.par_iter().zip(&batches).map(of_block).collect());
         }
         Ok(Self { experiment, workload, subsets, batches, controls })
+    }
+
+    /// With controls that were solved and coordinates that were computed before, by block.
+    pub(crate) fn with(
+        experiment: &'a SearchExperiment,
+        workload: &'a Workload,
+        members: usize,
+        (controls, coordinates): (Vec<Vec<Control>>, &[Vec<f64>]),
+    ) -> Self {
+        let subsets = experiment.orders.iter().map(|&order| Subsets::new(members, order)).collect();
+        let batch = |(block, given): (&'a Block, &Vec<f64>)| {
+            let (span, Block { kernels, fragments, .. }) = (&workload.span, block);
+            ProgramBatch::with_coordinates(span, kernels, fragments, given)
+                .unwrap_or_else(|| ProgramBatch::new(span, kernels, fragments))
+        };
+        let batches = workload.blocks.iter().zip(coordinates).map(batch).collect();
+        Self { experiment, workload, subsets, batches, controls }
     }
 
     /// The programs of a block.
@@ -175,105 +195,11 @@ impl<'a> Sweep<'a> {
         stratified(&views, all)
     }
 
-    /// Judges candidates on a block, except those that are known, and keeps the findings as they come.
-    fn stage(
-        &self,
-        keys: &[Key],
-        card: Option<&CardSweep<'_>>,
-        known: &mut HashMap<Key, Finding>,
-        checkpoint: &mut Checkpoint,
-        progress: Progress<'_>,
-    ) -> Result<(), EvaluationError> {
-        let mut missing: Vec<Key> = keys.iter().filter(|key| !known.contains_key(*key)).copied().collect();
-        if let Some(card) = card {
-            self.on_card(card, &missing, keys.len(), known, checkpoint, progress)?;
-            missing.retain(|key| !known.contains_key(key));
-        }
-        let done = AtomicUsize::new(keys.len() - missing.len());
-        let log = Mutex::new(checkpoint);
-        let chunk = |part: &[Key]| -> Result<Vec<(Key, Finding)>, EvaluationError> {
-            let mut findings = Vec::with_capacity(part.len());
-            for &(block, order, number) in part {
-                findings.push(((block, order, number), self.find(block.into(), order.into(), number)));
-                progress(done.fetch_add(1, Ordering::Relaxed) + 1, keys.len());
-            }
-            // A thread that panicked has left the file between two writes.
-            log.lock().unwrap_or_else(PoisonError::into_inner).append(&findings)?;
-            Ok(findings)
-        };
-        let found: Vec<Vec<(Key, Finding)>> =
-            missing.par_chunks(CHUNK).map(chunk).collect::<Result<_, EvaluationError>>()?;
-        known.extend(found.into_iter().flatten());
-        log.into_inner().unwrap_or_else(PoisonError::into_inner).sync()
-    }
-
-    /// Judges candidates on the card, one batch there while the CPU is busy with the one before.
-    fn on_card(
-        &self,
-        card: &CardSweep<'_>,
-        missing: &[Key],
-        all: usize,
-        known: &mut HashMap<Key, Finding>,
-        checkpoint: &mut Checkpoint,
-        progress: Progress<'_>,
-    ) -> Result<(), EvaluationError> {
-        let before = all - missing.len();
-        let served: Vec<Key> = missing.iter().filter(|key| card.serves(key)).copied().collect();
-        let mut done = 0;
-        let mut finish = |pending| -> Result<(), EvaluationError> {
-            let findings = card.finish(pending)?;
-            checkpoint.append(&findings)?;
-            done += findings.len();
-            known.extend(findings);
-            progress(before + done, all);
-            Ok(())
-        };
-        let mut waiting = None;
-        for batch in served.chunks(TOGETHER) {
-            let next = card.submit(batch)?;
-            waiting.replace(next).map_or(Ok(()), &mut finish)?;
-        }
-        waiting.map_or(Ok(()), &mut finish)
-    }
-
-    /// The first block: all candidates of a shard.
-    pub(crate) fn first(
-        &self,
-        shard: Shard,
-        card: Option<&CardSweep<'_>>,
-        known: &mut HashMap<Key, Finding>,
-        checkpoint: &mut Checkpoint,
-        progress: Progress<'_>,
-    ) -> Result<(), EvaluationError> {
-        self.stage(&self.first_keys(shard), card, known, checkpoint, progress)
-    }
-
-    /// The candidates of a shard on the first block.
-    pub(crate) fn first_keys(&self, shard: Shard) -> Vec<Key> {
-        let mut keys = Vec::new();
-        for (order, subsets) in self.subsets.iter().enumerate() {
-            let numbers = (0..subsets.len()).filter(|&number| shard.contains(number));
-            keys.extend(numbers.map(|number| (0, order as u16, number as u32)));
-        }
-        keys
-    }
-
-    /// The later blocks.
-    pub(crate) fn refine(
-        &self,
-        known: &mut HashMap<Key, Finding>,
-        checkpoint: &mut Checkpoint,
-        progress: Progress<'_>,
-    ) -> Result<(), EvaluationError> {
-        for block in 1..self.workload.blocks.len() {
-            let mut keys = Vec::new();
-            for order in 0..self.subsets.len() {
-                let kept = self.survivors(known, block, order);
-                keys.extend(kept.into_iter().map(|number| (block as u16, order as u16, number)));
-            }
-            self.stage(&keys, None, known, checkpoint, progress)?;
-        }
-        Ok(())
+    /// All candidates, on the first block.
+    pub(crate) fn first_keys(&self) -> Vec<Key> {
+        let of_order =
+            |order: usize| (0..self.subsets[order].len()).map(move |number| (0, order as u16, number as u32));
+        (0..self.subsets.len()).flat_map(of_order).collect()
     }
 
     /// What the blocks before one say about the difference to the control, and how many there are.
@@ -296,7 +222,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Candidates that can still be among the best, and the marked ones, ascending.
-    fn survivors(&self, known: &HashMap<Key, Finding>, block: usize, order: usize) -> Vec<u32> {
+    pub(crate) fn survivors(&self, known: &HashMap<Key, Finding>, block: usize, order: usize) -> Vec<u32> {
         let numbers = 0..self.subsets[order].len() as u32;
         // Only what was judged on every block before this one is still in the race.
         let estimates: Vec<(u32, Mean)> = numbers

@@ -91,29 +91,8 @@ fn block_of(position: usize, blocks: usize) -> usize {
 }
 
 impl Workload {
+    /// Programs of all blocks, on all views.
     pub(crate) fn prepare(experiment: &SearchExperiment) -> Result<Self, EvaluationError> {
-        let value = |reason: String| EvaluationError::Value(reason);
-        let mut functions = experiment.functions()?;
-        let members = functions.len();
-        let place = |function: &BasisFunction| functions.iter().position(|other| other == function);
-        let trigonometric = Basis::trigonometric(2).functions().iter().map(place).collect();
-        let largest = experiment.orders.iter().copied().max().unwrap_or(1);
-        let mut places = |basis: Basis| -> Vec<usize> {
-            let mut places = Vec::new();
-            for function in basis.functions() {
-                let place = functions.iter().position(|other| other == function).unwrap_or(functions.len());
-                if place == functions.len() {
-                    functions.push(BasisFunction::clone(function));
-                }
-                places.push(place);
-            }
-            places
-        };
-        let powers = places(Basis::power(largest));
-        let waves = places(Basis::trigonometric(largest.div_ceil(2)));
-        let table = FunctionTable::new(&functions, &FunctionTable::uniform_depths(experiment.cells))
-            .map_err(|error| value(error.to_string()))?;
-        let kernel = experiment.scenery.filter()?;
         let mut techniques = Vec::new();
         for mark in &experiment.mark {
             if let Some(method) = &mark.method {
@@ -122,7 +101,7 @@ impl Workload {
         }
         let mut builder = Builder {
             experiment,
-            kernel,
+            kernel: experiment.scenery.filter()?,
             techniques,
             known: vec![Known::default(); experiment.blocks],
             blocks: std::iter::repeat_with(Block::default).take(experiment.blocks).collect(),
@@ -142,6 +121,37 @@ impl Workload {
                 builder.view(scene, light)?;
             }
         }
+        let blocks = builder.blocks.into_iter().map(Block::sorted).collect();
+        let without = Self::without_scenes(experiment, blocks, builder.views)?;
+        Ok(Self { marks: builder.marks, references: builder.references, ..without })
+    }
+
+    /// With blocks that were prepared before, and without what only tables need.
+    pub(crate) fn without_scenes(
+        experiment: &SearchExperiment,
+        blocks: Vec<Block>,
+        views: Vec<ViewRecord>,
+    ) -> Result<Self, EvaluationError> {
+        let mut functions = experiment.functions()?;
+        let members = functions.len();
+        let place = |function: &BasisFunction| functions.iter().position(|other| other == function);
+        let trigonometric = Basis::trigonometric(2).functions().iter().map(place).collect();
+        let largest = experiment.orders.iter().copied().max().unwrap_or(1);
+        let mut places = |basis: Basis| -> Vec<usize> {
+            let mut places = Vec::new();
+            for function in basis.functions() {
+                let place = functions.iter().position(|other| other == function).unwrap_or(functions.len());
+                if place == functions.len() {
+                    functions.push(BasisFunction::clone(function));
+                }
+                places.push(place);
+            }
+            places
+        };
+        let powers = places(Basis::power(largest));
+        let waves = places(Basis::trigonometric(largest.div_ceil(2)));
+        let table = FunctionTable::new(&functions, &FunctionTable::uniform_depths(experiment.cells))
+            .map_err(|error| EvaluationError::Value(error.to_string()))?;
         let span = FunctionSpan::new(&table);
         Ok(Self {
             table,
@@ -150,10 +160,10 @@ impl Workload {
             powers,
             waves,
             trigonometric,
-            blocks: builder.blocks.into_iter().map(Block::sorted).collect(),
-            views: builder.views,
-            marks: builder.marks,
-            references: builder.references,
+            blocks,
+            views,
+            marks: Vec::new(),
+            references: Vec::new(),
         })
     }
 

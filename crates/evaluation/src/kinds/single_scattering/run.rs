@@ -1,6 +1,6 @@
 //! From an experiment to its tables.
 
-use super::records::{ScatteringRecord, ScatteringViewRecord};
+use super::records::{AliasingRecord, ScatteringPictureRecord, ScatteringRecord, ScatteringViewRecord};
 use super::settings::SingleScatteringExperiment;
 use super::shot::{Maps, Shot, Source, epipole_distance};
 use super::statistics::{Class, Group, LEAST_STEP, Outcome, epipole_class, record, steps_class};
@@ -11,11 +11,15 @@ use crate::experiment::kind::RunContext;
 use crate::fragments::{LoadedScene, chosen};
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Gathered};
 use crate::statistics::rounded;
+use crate::timing::TimedSample;
 use applications::scattering::{Rectified, RectifiedMap, ViewRay};
 use applications::soft_shadow::{AreaTruth, BlueNoise, OccludedFraction};
 use applications::truths;
 use rayon::prelude::*;
+use scenes::LightView;
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{Kernel, Technique};
 
 /// What the run needs everywhere.
@@ -30,6 +34,7 @@ pub(super) struct Plan<'a> {
 }
 
 /// A camera under a light, judged.
+#[derive(Clone, Deserialize, Serialize)]
 struct Finding {
     scene: usize,
     view: String,
@@ -41,6 +46,32 @@ struct Finding {
     epipole: Vec<u8>,
     /// By technique.
     answers: Vec<Vec<f32>>,
+}
+
+/// All cameras under a light.
+#[derive(Clone, Default, Deserialize, Serialize)]
+struct LightFinding {
+    findings: Vec<Finding>,
+    rows: Vec<ScatteringViewRecord>,
+    files: Vec<RecordedFile>,
+    drawn: Vec<ScatteringPictureRecord>,
+    moved: Vec<AliasingRecord>,
+    biased: stability::Tally,
+    /// Of the first light.
+    samples: Vec<TimedSample>,
+}
+
+impl LightFinding {
+    fn followed_by(mut self, later: Self) -> Self {
+        self.findings.extend(later.findings);
+        self.rows.extend(later.rows);
+        self.files.extend(later.files);
+        self.drawn.extend(later.drawn);
+        self.moved.extend(later.moved);
+        self.biased.merge(&later.biased);
+        self.samples.extend(later.samples);
+        self
+    }
 }
 
 impl SingleScatteringExperiment {
@@ -59,46 +90,27 @@ impl SingleScatteringExperiment {
             nets: self.truth.nets(self.scenery.seed)?,
         };
         picture::check(&plan, &scenes)?;
-        let total: usize = scenes.iter().map(|scene| scene.lights.len()).sum();
-        let (mut findings, mut rows, mut files) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut moved, mut biased, mut drawn) = (Vec::new(), stability::Tally::default(), Vec::new());
-        let mut samples = Vec::new();
-        let mut done = 0;
+        let stands = |label: &str| self.standpoint.iter().filter(|setting| setting.is_in(label)).count();
+        // By light: the scene, and how many cameras come before.
+        let (mut lights, mut before) = (Vec::new(), 0);
         for (index, scene) in scenes.iter().enumerate() {
             for light in scene.lights {
-                let lit = LitScene::new(
-                    &loaded[index],
-                    scene,
-                    light,
-                    (self.scenery.size, &plan.kernel, &plan.source),
-                )?;
-                let source = Source { technique: &plan.source, stored: &lit.stored };
-                let mut first = None;
-                for (standpoint, setting) in self.standpoint.iter().enumerate() {
-                    if !setting.is_in(scene.label) {
-                        continue;
-                    }
-                    let camera = setting.camera(scene.scene, &scene.extent, lit.axes.light);
-                    let shot = Shot::new(&lit, camera, self.camera, (&plan.noise, findings.len()))?;
-                    let all: Vec<usize> = (0..self.technique.len()).collect();
-                    let maps = Maps::new(self, &shot, &source, &all)?;
-                    let (finding, row) = plan.finding((index, scene), standpoint, (&lit, &shot, &maps))?;
-                    findings.push(finding);
-                    rows.push(row);
-                    first.get_or_insert((shot, maps));
-                }
-                picture::draw(&plan, scene, (&lit, &source), (&mut files, &mut drawn))?;
-                if let Some((shot, maps)) = first {
-                    moved.extend(aliasing::records(&plan, scene, (&lit, &source), &shot)?);
-                    biased.add(&plan, &shot, &maps)?;
-                    if done == 0 {
-                        samples = timing::time(&plan, scene, &shot, &source)?;
-                    }
-                }
-                done += 1;
-                (context.progress)(done, total);
+                lights.push((index, light, before));
+                before += stands(scene.label);
             }
         }
+        let one = |number: usize| {
+            let (index, light, before) = lights[number];
+            plan.of_light((&loaded[index], &scenes[index]), (index, light), (before, number == 0))
+        };
+        let costs: Vec<u64> = lights.iter().map(|light| 1 + stands(scenes[light.0].label) as u64).collect();
+        let found = match shards::numbered(context, "lights", &costs, &one)? {
+            Gathered::All(found) => {
+                found.into_iter().fold(LightFinding::default(), LightFinding::followed_by)
+            }
+            Gathered::Part(recorded) => return Ok(recorded),
+        };
+        let LightFinding { findings, rows, mut files, drawn, moved, biased, samples } = found;
         if findings.is_empty() {
             return Err(EvaluationError::key("standpoint", "no standpoint is for any of the scenes"));
         }
@@ -134,6 +146,43 @@ impl SingleScatteringExperiment {
 }
 
 impl Plan<'_> {
+    /// All cameras under a light, and its pictures; `before` cameras come before these.
+    fn of_light(
+        &self,
+        (loaded, scene): (&LoadedScene<'_>, &ScatteringScene<'_>),
+        (index, light): (usize, &LightView),
+        (before, is_timed): (usize, bool),
+    ) -> Result<LightFinding, EvaluationError> {
+        let experiment = self.experiment;
+        let mut found = LightFinding::default();
+        let lit = LitScene::new(loaded, scene, light, (experiment.scenery.size, &self.kernel, &self.source))?;
+        let source = Source { technique: &self.source, stored: &lit.stored };
+        let mut first = None;
+        for (standpoint, setting) in experiment.standpoint.iter().enumerate() {
+            if !setting.is_in(scene.label) {
+                continue;
+            }
+            let camera = setting.camera(scene.scene, &scene.extent, lit.axes.light);
+            let number = before + found.findings.len();
+            let shot = Shot::new(&lit, camera, experiment.camera, (&self.noise, number))?;
+            let all: Vec<usize> = (0..experiment.technique.len()).collect();
+            let maps = Maps::new(experiment, &shot, &source, &all)?;
+            let (finding, row) = self.finding((index, scene), standpoint, (&lit, &shot, &maps))?;
+            found.findings.push(finding);
+            found.rows.push(row);
+            first.get_or_insert((shot, maps));
+        }
+        picture::draw(self, scene, (&lit, &source), (&mut found.files, &mut found.drawn))?;
+        if let Some((shot, maps)) = first {
+            found.moved = aliasing::records(self, scene, (&lit, &source), &shot)?;
+            found.biased.add(self, &shot, &maps)?;
+            if is_timed {
+                found.samples = timing::time(self, scene, &shot, &source)?;
+            }
+        }
+        Ok(found)
+    }
+
     fn finding(
         &self,
         (index, scene): (usize, &ScatteringScene<'_>),

@@ -195,6 +195,7 @@ const LEAST_ROWS: usize = 3;
 impl Settings for SingleScatteringExperiment {
     const KIND: &'static str = "single-scattering";
     const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;

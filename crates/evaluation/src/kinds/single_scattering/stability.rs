@@ -12,10 +12,11 @@ use applications::truths;
 use moment_problem::MomentBound;
 use quantization::{MomentMatrix, NumberFormat};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{FilteringError, Technique, TechniqueSpec};
 
 /// One ray under one bound, format and bias.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Deserialize, Serialize)]
 struct Trial {
     /// Distance of the answer from the truth; NaN where it failed.
     error: f64,
@@ -25,7 +26,7 @@ struct Trial {
 }
 
 /// Trials by bound, format and bias, over all views.
-#[derive(Default)]
+#[derive(Clone, Default, Deserialize, Serialize)]
 pub(super) struct Tally {
     trials: Vec<Vec<Trial>>,
 }
@@ -66,6 +67,12 @@ fn variants(stability: &ScatteringStability) -> Vec<TechniqueSpec> {
 }
 
 impl Tally {
+    /// Trials of later views behind those of earlier ones.
+    pub(super) fn merge(&mut self, later: &Self) {
+        self.trials.resize_with(self.trials.len().max(later.trials.len()), Vec::new);
+        self.trials.iter_mut().zip(&later.trials).for_each(|(mine, theirs)| mine.extend(theirs));
+    }
+
     /// Adds the rays of a view from its first standpoint.
     pub(super) fn add(
         &mut self,

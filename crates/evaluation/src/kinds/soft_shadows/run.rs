@@ -11,15 +11,17 @@ use crate::experiment::kind::RunContext;
 use crate::fragments::LoadedScene;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Gathered};
 use crate::statistics::rounded;
 use applications::soft_shadow::{AreaTruth, BlueNoise, OccludedFraction, SoftReceiver, SoftShadow};
 use rayon::prelude::*;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use serde::{Deserialize, Serialize};
 
 /// One in so many receivers tells what the light's outline does.
 const OUTLINE_STEP: usize = 4;
 
 /// One population of a view under a light.
+#[derive(Clone, Deserialize, Serialize)]
 pub(super) struct Judged {
     pub(super) truth: Vec<OccludedFraction>,
     pub(super) widths: Vec<f64>,
@@ -32,10 +34,13 @@ pub(super) struct Judged {
 }
 
 /// A view under a light.
+#[derive(Clone, Deserialize, Serialize)]
 pub(super) struct Finding {
     pub(super) view: usize,
     pub(super) light: usize,
     pub(super) judged: [Judged; 2],
+    rows: Vec<SoftViewRecord>,
+    sweeps: Sweeps,
 }
 
 /// What the run needs everywhere.
@@ -67,15 +72,15 @@ impl SoftShadowsExperiment {
         for &(view, light) in &pairs {
             plan.check_regions(view, light)?;
         }
-        let (done, total) = (AtomicUsize::new(0), pairs.len());
-        let (mut findings, mut rows, mut sweeps) = (Vec::new(), Vec::new(), Sweeps::default());
-        for &(view, light) in &pairs {
-            let finding = plan.finding(view, light, &mut rows)?;
-            let known: Vec<f64> = finding.judged[0].truth.iter().map(|truth| truth.fraction).collect();
-            sweeps.add(self, (&views[view], light), (&plan.truth, &known, &finding.judged[0].widths))?;
-            findings.push(finding);
-            (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, total);
-        }
+        let costs = vec![1; pairs.len()];
+        let one = |number: usize| plan.finding(pairs[number].0, pairs[number].1);
+        let findings = match shards::numbered(context, "views under lights", &costs, &one)? {
+            Gathered::All(findings) => findings,
+            Gathered::Part(recorded) => return Ok(recorded),
+        };
+        let mut sweeps = Sweeps::default();
+        findings.iter().for_each(|finding| sweeps.merge(&finding.sweeps));
+        let rows: Vec<&SoftViewRecord> = findings.iter().flat_map(|finding| &finding.rows).collect();
         let best = plan.best(&findings);
         let records = plan.records(&findings, &best);
         let trials = records.len();
@@ -143,12 +148,8 @@ impl SoftPlan<'_> {
         Ok(view.lit(&area_light, &self.truth))
     }
 
-    fn finding(
-        &self,
-        view: usize,
-        light: usize,
-        rows: &mut Vec<SoftViewRecord>,
-    ) -> Result<Finding, EvaluationError> {
+    fn finding(&self, view: usize, light: usize) -> Result<Finding, EvaluationError> {
+        let mut rows = Vec::new();
         let lit = self.lit(view, light)?;
         let of = &self.views[view];
         let under = |points: &[Point], bias: usize| -> Vec<SoftReceiver> {
@@ -187,7 +188,10 @@ impl SoftPlan<'_> {
                 judged.errors.push(reason.unwrap_or_default());
             }
         }
-        Ok(Finding { view, light, judged })
+        let known: Vec<f64> = judged[0].truth.iter().map(|truth| truth.fraction).collect();
+        let mut sweeps = Sweeps::default();
+        sweeps.add(self.experiment, (of, light), (&self.truth, &known, &judged[0].widths))?;
+        Ok(Finding { view, light, judged, rows, sweeps })
     }
 
     fn view_record(

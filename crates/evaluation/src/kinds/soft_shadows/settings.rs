@@ -155,6 +155,7 @@ impl Role for SoftTechnique {
 impl Settings for SoftShadowsExperiment {
     const KIND: &'static str = "soft-shadows";
     const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;

@@ -59,7 +59,7 @@ struct Variant {
 }
 
 /// One receiver under one variant.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Deserialize, Serialize)]
 struct Trial {
     class: usize,
     /// `None` where the query was refused.
@@ -74,7 +74,7 @@ fn written(value: f64) -> String {
 }
 
 /// Trials of all variants of all sweeps, by sweep and variant.
-#[derive(Default)]
+#[derive(Clone, Default, Deserialize, Serialize)]
 pub(super) struct Sweeps {
     trials: Vec<Vec<Vec<Trial>>>,
 }
@@ -150,6 +150,15 @@ impl Sweep {
 }
 
 impl Sweeps {
+    /// Trials of later views behind those of earlier ones.
+    pub(super) fn merge(&mut self, later: &Self) {
+        self.trials.resize_with(self.trials.len().max(later.trials.len()), Vec::new);
+        for (mine, theirs) in self.trials.iter_mut().zip(&later.trials) {
+            mine.resize_with(mine.len().max(theirs.len()), Vec::new);
+            mine.iter_mut().zip(theirs).for_each(|(mine, theirs)| mine.extend(theirs));
+        }
+    }
+
     /// Adds all sweeps of a view under a light. `classes` and `truth` are those of all fragments.
     pub(super) fn add(
         &mut self,

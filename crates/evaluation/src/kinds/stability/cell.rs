@@ -6,6 +6,7 @@ use super::method::{Answer, Prepared, Start};
 use super::tally::{BOUND_TOLERANCE, LogHistogram, Tally};
 use moment_problem::MomentBound;
 use moment_problem::arithmetic::DoubleDouble;
+use serde::{Deserialize, Serialize};
 
 /// Orders whose moment matrices are looked at.
 pub(crate) const PIVOT_ORDERS: [usize; 3] = [4, 6, 8];
@@ -42,7 +43,7 @@ impl Failure {
 }
 
 /// The worst input of a method for one failure.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct Worst {
     /// How bad it is.
     pub(crate) size: f64,
@@ -53,6 +54,7 @@ pub(crate) struct Worst {
 }
 
 /// Results of a cell, or of several.
+#[derive(Clone, Deserialize, Serialize)]
 pub(crate) struct Outcome {
     /// By method and alpha.
     pub(crate) tallies: Vec<Vec<Tally>>,
@@ -65,7 +67,7 @@ pub(crate) struct Outcome {
 }
 
 /// Inputs whose exact bound is not computed.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub(crate) struct Check {
     pub(crate) inputs: u64,
     pub(crate) not_finite: u64,

@@ -15,6 +15,7 @@ const MAX_CELLS: usize = 64;
 impl Settings for StabilityExperiment {
     const KIND: &'static str = "stability";
     const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn check(&self) -> Result<(), EvaluationError> {
         let fail = |key: &str, reason: String| Err(EvaluationError::Key { key: key.to_owned(), reason });

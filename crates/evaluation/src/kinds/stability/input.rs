@@ -1,9 +1,10 @@
 //! A distribution of depths with a fragment, and its moments.
 
 use moment_problem::arithmetic::{DoubleDouble, Real};
+use serde::{Deserialize, Serialize};
 
 /// A distribution of depths and z_f, which is a multiple of 2^-24: single floats hold it and 2 z_f - 1.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(crate) struct Input {
     /// Depths in \[0, 1\] with weights that sum to 1.
     pub(crate) atoms: Vec<(f64, f64)>,

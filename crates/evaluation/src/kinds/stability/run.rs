@@ -9,35 +9,56 @@ use super::scenes;
 use super::settings::{Shape, StabilityExperiment, StabilityFamily};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
+use crate::fragments::ViewRecord;
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Gathered};
 use moment_problem::MomentBound;
 use moment_problem::arithmetic::{DoubleDouble, Real};
 use random_stream::Random;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::cell::OnceCell;
 use std::fmt::Write as _;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 impl StabilityExperiment {
     /// Evaluates all cells of all families in parallel, then times the methods alone.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
         let plan = self.plan()?;
-        let (fragments, views) = scenes::inputs(self)?;
-        let (done, cells) = (AtomicUsize::new(0), self.cells * self.cells);
+        // Fragments are for some families only, and a shard may have none of these.
+        let scenes = OnceCell::new();
+        let of_scenes = || -> Result<&Scenes, EvaluationError> {
+            match scenes.get() {
+                Some(found) => Ok(found),
+                None => scenes::inputs(self).map(|found| scenes.get_or_init(|| found)),
+            }
+        };
+        let one = |number: usize| {
+            let (family, row) = (number / self.cells, number % self.cells);
+            let settings = &self.family[family];
+            let by_cell = match settings.shape {
+                Shape::Scenes => self.by_cell(settings, &of_scenes()?.0),
+                Shape::OneSurface
+                | Shape::TwoSurfaces
+                | Shape::LightSurface
+                | Shape::AtSurface
+                | Shape::ThreeSurfaces
+                | Shape::Pole
+                | Shape::SqueezedRange => Vec::new(),
+            };
+            Ok(self.row(&plan, (family, row), &by_cell))
+        };
+        let costs = vec![1; self.family.len() * self.cells];
+        let rows = match shards::numbered(context, "rows of cells", &costs, &one)? {
+            Gathered::All(rows) => rows,
+            Gathered::Part(recorded) => return Ok(recorded),
+        };
         let mut tables = Tables::default();
-        for (index, family) in self.family.iter().enumerate() {
-            let by_cell = self.by_cell(family, &fragments);
-            let outcomes: Vec<Outcome> = (0..cells)
-                .into_par_iter()
-                .map(|cell| {
-                    let outcome = self.cell(&plan, index, cell, &by_cell);
-                    (context.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, cells * self.family.len());
-                    outcome
-                })
-                .collect();
-            tables.add(self, &plan, index, &outcomes);
+        for (index, rows) in rows.chunks(self.cells).enumerate() {
+            tables.add(self, &plan, index, rows);
         }
+        let views = if self.has_scenes() { of_scenes()?.1.clone() } else { Vec::new() };
         let samples = self.time(&plan)?;
         let trials = tables.records.len();
         let failed = tables.records.iter().filter(|record| !record.error.is_empty()).count();
@@ -51,6 +72,37 @@ impl StabilityExperiment {
             RecordedFile::csv("samples.csv", &samples)?,
         ];
         Ok(Recorded { files, trials, failed, complete: true })
+    }
+
+    fn has_scenes(&self) -> bool {
+        self.family.iter().any(|family| family.shape == Shape::Scenes)
+    }
+
+    /// The cells of one row of a family, in parallel.
+    fn row(&self, plan: &StabilityPlan, (family, row): (usize, usize), fragments: &[Vec<&Input>]) -> Row {
+        let cells = row * self.cells..(row + 1) * self.cells;
+        let outcomes: Vec<Outcome> =
+            cells.into_par_iter().map(|cell| self.cell(plan, family, cell, fragments)).collect();
+        let mut found = Row { whole: Outcome::new(plan), cells: Vec::new() };
+        for (x, outcome) in outcomes.iter().enumerate() {
+            found.whole.merge(outcome);
+            for (i, method) in self.technique.iter().enumerate() {
+                let tally = &outcome.tallies[i][0];
+                if method.atlas && tally.inputs > 0 {
+                    found.cells.push(CellRecord {
+                        method: i,
+                        family,
+                        x,
+                        y: row,
+                        inputs: tally.inputs,
+                        error_max: format!("{:.1e}", tally.error_max).parse().unwrap_or(tally.error_max),
+                        not_finite: tally.not_finite,
+                        visible: tally.visible,
+                    });
+                }
+            }
+        }
+        found
     }
 
     fn plan(&self) -> Result<StabilityPlan, EvaluationError> {
@@ -155,6 +207,16 @@ impl StabilityExperiment {
     }
 }
 
+/// A row of cells of a family: together, and what pictures show of each.
+#[derive(Clone, Deserialize, Serialize)]
+struct Row {
+    whole: Outcome,
+    cells: Vec<CellRecord>,
+}
+
+/// Fragments of all views, with the views.
+type Scenes = (Vec<Input>, Vec<ViewRecord>);
+
 #[derive(Default)]
 struct Tables {
     records: Vec<StabilityRecord>,
@@ -170,32 +232,12 @@ fn short(value: f64) -> f64 {
 }
 
 impl Tables {
-    fn add(
-        &mut self,
-        experiment: &StabilityExperiment,
-        plan: &StabilityPlan,
-        family: usize,
-        outcomes: &[Outcome],
-    ) {
+    fn add(&mut self, experiment: &StabilityExperiment, plan: &StabilityPlan, family: usize, rows: &[Row]) {
         let name = &experiment.family[family].name;
         let mut whole = Outcome::new(plan);
-        for (cell, outcome) in outcomes.iter().enumerate() {
-            whole.merge(outcome);
-            for (i, method) in experiment.technique.iter().enumerate() {
-                let tally = &outcome.tallies[i][0];
-                if method.atlas && tally.inputs > 0 {
-                    self.cells.push(CellRecord {
-                        method: i,
-                        family,
-                        x: cell % experiment.cells,
-                        y: cell / experiment.cells,
-                        inputs: tally.inputs,
-                        error_max: format!("{:.1e}", tally.error_max).parse().unwrap_or(tally.error_max),
-                        not_finite: tally.not_finite,
-                        visible: tally.visible,
-                    });
-                }
-            }
+        for row in rows {
+            whole.merge(&row.whole);
+            self.cells.extend(row.cells.iter().cloned());
         }
         for (i, method) in experiment.technique.iter().enumerate() {
             for (step, &alpha) in plan.alphas[i].iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Inputs as scenes produce them: kernels of shadow maps and the depths of fragments.
 
 use super::input::Input;
-use super::settings::{Shape, StabilityExperiment};
+use super::settings::StabilityExperiment;
 use crate::error::EvaluationError;
 use crate::fragments::{Lit, LoadedScene, ViewRecord, chosen};
 use rayon::prelude::*;
@@ -12,9 +12,6 @@ pub(crate) fn inputs(
     experiment: &StabilityExperiment,
 ) -> Result<(Vec<Input>, Vec<ViewRecord>), EvaluationError> {
     let (mut inputs, mut views) = (Vec::new(), Vec::new());
-    if !experiment.family.iter().any(|family| family.shape == Shape::Scenes) {
-        return Ok((inputs, views));
-    }
     let kernel = experiment.scenery.filter()?;
     for scene in &LoadedScene::load_all(&experiment.scenery.scenes, &experiment.scenery.views)? {
         for light in &scene.lights {

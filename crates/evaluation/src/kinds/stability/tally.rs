@@ -1,5 +1,7 @@
 //! Counting errors so that parts can be merged in any order of work with the same result.
 
+use serde::{Deserialize, Serialize};
+
 /// Steps in a power of ten.
 const PER_DECADE: f64 = 20.0;
 
@@ -7,7 +9,7 @@ const PER_DECADE: f64 = 20.0;
 const DECADES: f64 = 18.0;
 
 /// Numbers of values by their size, for quantiles to half a step.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub(crate) struct LogHistogram {
     /// The first counts what is less than all steps.
     counts: Vec<u64>,
@@ -57,7 +59,7 @@ impl LogHistogram {
 }
 
 /// A method on a family at one bias.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Deserialize, Serialize)]
 pub(crate) struct Tally {
     pub(crate) inputs: u64,
     pub(crate) not_finite: u64,

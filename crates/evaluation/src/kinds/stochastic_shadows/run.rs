@@ -14,12 +14,14 @@ use crate::lit_frames::{
 };
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Gathered};
 use crate::statistics::{ErrorSummary, rounded};
 use applications::rays::{Segment, Triangles};
 use applications::soft_shadow::{AreaTruth, OccludedFraction};
 use rayon::prelude::*;
 use scenes::vector::{minus, norm};
 use scenes::{CameraPath, LightView, Movement};
+use serde::{Deserialize, Serialize};
 
 /// Names of the classes.
 const CLASSES: [&str; 3] = ["all", "penumbra", "contact"];
@@ -33,7 +35,7 @@ pub(super) struct Sample {
 }
 
 /// One technique on one pixel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 struct Outcome {
     /// NaN where it failed.
     shadow: f32,
@@ -45,7 +47,7 @@ struct Outcome {
 }
 
 /// What a technique costs.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 struct Cost {
     planes: usize,
     size: u32,
@@ -55,6 +57,7 @@ struct Cost {
 }
 
 /// Outcomes of a technique.
+#[derive(Clone, Deserialize, Serialize)]
 struct Judged {
     outcomes: Vec<Outcome>,
     cost: Cost,
@@ -62,13 +65,39 @@ struct Judged {
 }
 
 /// What judging leaves.
-#[derive(Default)]
+#[derive(Clone, Default, Deserialize, Serialize)]
 struct Ledger {
     rows: Vec<StochasticRecord>,
     views: Vec<StochasticViewRecord>,
     planes: Vec<PlaneRecord>,
     /// Of all scenes, by view, light and technique.
     pooled: Vec<(String, [usize; 2], Judged)>,
+}
+
+impl Ledger {
+    /// With what judging a later view has left.
+    fn followed_by(mut self, later: Self) -> Self {
+        self.rows.extend(later.rows);
+        self.views.extend(later.views);
+        self.planes.extend(later.planes);
+        for (view, key, judged) in later.pooled {
+            self.add(&view, key, judged);
+        }
+        self
+    }
+
+    /// Pools outcomes with those of other scenes.
+    fn add(&mut self, view: &str, key: [usize; 2], judged: Judged) {
+        match self.pooled.iter_mut().find(|(v, k, _)| v == view && *k == key) {
+            Some((_, _, all)) => {
+                all.outcomes.extend(judged.outcomes);
+                if all.error.is_empty() {
+                    all.error = judged.error;
+                }
+            }
+            None => self.pooled.push((view.to_owned(), key, judged)),
+        }
+    }
 }
 
 impl StochasticShadowsExperiment {
@@ -83,21 +112,27 @@ impl StochasticShadowsExperiment {
             }
         }
         picture::check(self, &stages)?;
-        let total = stages.len() * self.light.len() * self.scenery.views.len().max(1);
-        let (mut ledger, mut done) = (Ledger::default(), 0);
+        let mut pairs = Vec::new();
         for (number, stage) in stages.iter().enumerate() {
-            let scenery = stage.on(false);
-            let sight = self.sight(&scenery, self.camera, self.zoom, 0)?;
             for (place, view) in stage.views(&self.scenery.views)?.into_iter().enumerate() {
-                for (index, light) in self.light.iter().enumerate() {
-                    let lit = self.lit_frame(&scenery, 0, (light.of(view)?, &sight))?;
-                    let stream = ((number * stages.len() + place) * self.light.len() + index) as u64;
-                    self.judge((stage, &scenery), &lit, (&truth, index, stream), &mut ledger)?;
-                    done += 1;
-                    (context.progress)(done, total);
-                }
+                pairs.extend((0..self.light.len()).map(|light| (number, place, view, light)));
             }
         }
+        let one = |pair: usize| {
+            let (number, place, view, index) = pairs[pair];
+            let (stage, mut ledger) = (&stages[number], Ledger::default());
+            let scenery = stage.on(false);
+            let sight = self.sight(&scenery, self.camera, self.zoom, 0)?;
+            let lit = self.lit_frame(&scenery, 0, (self.light[index].of(view)?, &sight))?;
+            let stream = ((number * stages.len() + place) * self.light.len() + index) as u64;
+            self.judge((stage, &scenery), &lit, (&truth, index, stream), &mut ledger)?;
+            Ok(ledger)
+        };
+        let costs = vec![1; pairs.len()];
+        let mut ledger = match shards::numbered(context, "views under lights", &costs, &one)? {
+            Gathered::All(ledgers) => ledgers.into_iter().fold(Ledger::default(), Ledger::followed_by),
+            Gathered::Part(recorded) => return Ok(recorded),
+        };
         pool(self, &mut ledger);
         let trials = ledger.rows.len();
         let failed = ledger.rows.iter().filter(|row| !row.error.is_empty()).count();
@@ -186,16 +221,7 @@ impl StochasticShadowsExperiment {
             ledger
                 .rows
                 .extend(CLASSES.iter().map(|class| record([scene, view, light, name], class, &judged)));
-            let key = [index, technique];
-            match ledger.pooled.iter_mut().find(|(v, k, _)| v == view && *k == key) {
-                Some((_, _, all)) => {
-                    all.outcomes.extend(judged.outcomes);
-                    if all.error.is_empty() {
-                        all.error = judged.error;
-                    }
-                }
-                None => ledger.pooled.push((view.to_owned(), key, judged)),
-            }
+            ledger.add(view, [index, technique], judged);
         }
         ledger.views.push(self.view_record(names, lit, (&samples, scenery)));
         Ok(())

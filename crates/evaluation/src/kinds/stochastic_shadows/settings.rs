@@ -88,6 +88,7 @@ pub struct StochasticPicture {
 impl Settings for StochasticShadowsExperiment {
     const KIND: &'static str = "stochastic-shadows";
     const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;

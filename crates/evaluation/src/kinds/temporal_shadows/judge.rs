@@ -86,11 +86,7 @@ impl Plan<'_> {
             let key = [lighting.setting, at.path, at.frame, index];
             let group = self.group((&at.stage.label, &light.view.name), key, &error);
             ledger.rows.extend(CLASSES.iter().map(|class| record(&group, class, &outcomes)));
-            let place = ledger.pooled.iter().position(|(view, k, _)| (view, k) == (&light.view.name, &key));
-            match place {
-                Some(place) => ledger.pooled[place].2.extend(outcomes),
-                None => ledger.pooled.push((light.view.name.clone(), key, outcomes)),
-            }
+            ledger.add(&light.view.name, key, outcomes);
         }
         let shown = Shown { at, light, lit, setting: lighting.setting };
         album.take(self, &shown, &of.0, |index| {

@@ -2,9 +2,10 @@
 
 use super::records::TemporalRecord;
 use crate::statistics::{ErrorSummary, rounded};
+use serde::{Deserialize, Serialize};
 
 /// One technique on one judged pixel.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub(super) struct Outcome {
     /// As shown; NaN where it failed.
     pub(super) shadow: f32,
@@ -18,7 +19,7 @@ pub(super) struct Outcome {
 }
 
 /// What a buffer says of a pixel.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub(super) struct Gathered {
     pub(super) estimate: f32,
     pub(super) believed: f32,
@@ -28,7 +29,7 @@ pub(super) struct Gathered {
 }
 
 /// Which classes a pixel belongs to, beside `all`.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
 pub(super) struct Classes {
     pub(super) penumbra: bool,
     pub(super) new: bool,

@@ -23,6 +23,7 @@ pub(super) struct Shown<'a> {
 }
 
 /// A column of a picture.
+#[derive(Clone)]
 struct Cell {
     technique: usize,
     /// Counted from 1.
@@ -32,6 +33,7 @@ struct Cell {
 }
 
 /// A picture as far as it is known.
+#[derive(Clone)]
 struct Page<'a> {
     setting: &'a TemporalPicture,
     view: String,
@@ -42,10 +44,14 @@ struct Page<'a> {
 }
 
 /// All pictures of a run.
+#[derive(Clone)]
 pub(super) struct Album<'a> {
     experiment: &'a TemporalShadowsExperiment,
     pages: Vec<Page<'a>>,
 }
+
+/// Pictures, and rows with the places of their pictures.
+type Drawn = (Vec<RecordedFile>, Vec<(usize, TemporalPictureRecord)>);
 
 impl<'a> Album<'a> {
     /// Rejects pictures of scenes and views that are not evaluated.
@@ -120,11 +126,11 @@ impl<'a> Album<'a> {
         Ok(())
     }
 
-    /// Pictures, grey maps of shadow - truth in the last frame, and pictures.csv.
-    pub(super) fn files(&self) -> Result<Vec<RecordedFile>, EvaluationError> {
+    /// Pictures, grey maps of shadow - truth in the last frame, and the rows of pictures.csv, each with its picture's place.
+    pub(super) fn files(&self) -> Result<Drawn, EvaluationError> {
         let (mut files, mut rows) = (Vec::new(), Vec::new());
         let [width, height] = self.experiment.camera;
-        for page in &self.pages {
+        for (place, page) in self.pages.iter().enumerate() {
             let Some((truth, image)) = &page.truth else { continue };
             let setting = page.setting;
             let mut columns = vec![image.clone()];
@@ -147,21 +153,19 @@ impl<'a> Album<'a> {
                     let grey = cell.grey(truth, [width, height], self.experiment.window().margin());
                     files.push(png(map_name(&setting.id, &setting.light, &technique), grey.into())?);
                 }
-                rows.push(TemporalPictureRecord {
+                let row = TemporalPictureRecord {
                     picture: setting.id.clone(),
                     technique,
                     frame: cell.frame,
                     pixels: errors.len(),
                     l1_error: is_comparable.then(|| rounded(mean)),
-                });
+                };
+                rows.push((place, row));
             }
             let all = side_by_side(&columns, [width, height], &setting.insets);
             files.push(png(format!("{}.png", setting.id), DynamicImage::from(all).to_rgb8().into())?);
         }
-        if !rows.is_empty() {
-            files.push(RecordedFile::csv("pictures.csv", &rows)?);
-        }
-        Ok(files)
+        Ok((files, rows))
     }
 }
 

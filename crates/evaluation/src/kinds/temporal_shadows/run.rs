@@ -4,7 +4,7 @@ use super::counting;
 use super::judge::{At, BACK, Sample};
 use super::outcome::{CLASSES, Outcome, record};
 use super::picture::Album;
-use super::records::{TemporalRecord, TemporalViewRecord};
+use super::records::{TemporalPictureRecord, TemporalRecord, TemporalViewRecord};
 use super::settings::TemporalShadowsExperiment;
 use super::timing;
 use crate::error::EvaluationError;
@@ -15,12 +15,14 @@ use crate::lit_frames::{
 };
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Gathered};
 use applications::rays::{PosedTriangles, Segment, Triangles};
 use applications::samples::{HALTON_START, PoissonTaps, TapShape, halton};
 use applications::soft_shadow::AreaTruth;
 use applications::temporal::{FramePixel, Screen, Shaded, ShadowBuffer, Start};
 use rayon::prelude::*;
 use scenes::vector::minus;
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, DepthMap};
 use std::sync::atomic::AtomicU32;
 
@@ -85,12 +87,15 @@ impl LitPixels {
 }
 
 /// What judging leaves.
-#[derive(Default)]
+#[derive(Clone, Default, Deserialize, Serialize)]
 pub(super) struct Ledger {
     pub(super) rows: Vec<TemporalRecord>,
     pub(super) views: Vec<TemporalViewRecord>,
     /// Outcomes of all scenes by view, light, path, frame and technique.
     pub(super) pooled: Vec<(String, [usize; 4], Vec<Outcome>)>,
+    /// Pictures of the path, with their place among all.
+    pictures: Vec<(usize, TemporalPictureRecord)>,
+    files: Vec<RecordedFile>,
 }
 
 impl TemporalShadowsExperiment {
@@ -110,20 +115,28 @@ impl TemporalShadowsExperiment {
                 self.light.iter().try_for_each(|light| light.of(view).map(|_| ()))?;
             }
         }
-        let mut album = Album::new(self, &stages)?;
-        let total = stages.len() * self.path.len();
-        let (mut ledger, mut done) = (Ledger::default(), 0);
-        for stage in &stages {
-            for path in 0..self.path.len() {
-                plan.walk(stage, path, &mut ledger, &mut album)?;
-                done += 1;
-                (context.progress)(done, total);
-            }
-        }
+        let album = Album::new(self, &stages)?;
+        let paths = self.path.len();
+        let costs: Vec<u64> = stages.iter().flat_map(|_| &self.path).map(|path| path.frames as u64).collect();
+        let one = |number: usize| {
+            let (mut ledger, mut album) = (Ledger::default(), album.clone());
+            plan.walk(&stages[number / paths], number % paths, &mut ledger, &mut album)?;
+            (ledger.files, ledger.pictures) = album.files()?;
+            Ok(ledger)
+        };
+        let mut ledger = match shards::numbered(context, "paths through scenes", &costs, &one)? {
+            Gathered::All(ledgers) => ledgers.into_iter().fold(Ledger::default(), Ledger::followed_by),
+            Gathered::Part(recorded) => return Ok(recorded),
+        };
         plan.pool(&mut ledger);
         let trials = ledger.rows.len();
         let failed = ledger.rows.iter().filter(|row| !row.error.is_empty()).count();
-        let mut files = album.files()?;
+        let mut files = std::mem::take(&mut ledger.files);
+        ledger.pictures.sort_by_key(|(page, _)| *page);
+        if !ledger.pictures.is_empty() {
+            let rows: Vec<_> = ledger.pictures.iter().map(|(_, row)| row).collect();
+            files.push(RecordedFile::csv("pictures.csv", &rows)?);
+        }
         files.extend([
             RecordedFile::csv("records.csv", &ledger.rows)?,
             RecordedFile::csv("views.csv", &ledger.views)?,
@@ -131,6 +144,28 @@ impl TemporalShadowsExperiment {
             RecordedFile::csv("samples.csv", &timing::time(&plan, &stages[0])?)?,
         ]);
         Ok(Recorded { files, trials, failed, complete: true })
+    }
+}
+
+impl Ledger {
+    /// With what judging a later path has left.
+    fn followed_by(mut self, later: Self) -> Self {
+        self.rows.extend(later.rows);
+        self.views.extend(later.views);
+        self.pictures.extend(later.pictures);
+        self.files.extend(later.files);
+        for (view, key, outcomes) in later.pooled {
+            self.add(&view, key, outcomes);
+        }
+        self
+    }
+
+    /// Pools outcomes with those of other scenes.
+    pub(super) fn add(&mut self, view: &str, key: [usize; 4], outcomes: Vec<Outcome>) {
+        match self.pooled.iter_mut().find(|(v, k, _)| (v.as_str(), k) == (view, &key)) {
+            Some((_, _, all)) => all.extend(outcomes),
+            None => self.pooled.push((view.to_owned(), key, outcomes)),
+        }
     }
 }
 

@@ -156,6 +156,7 @@ impl PathSetting {
 impl Settings for TemporalShadowsExperiment {
     const KIND: &'static str = "temporal-shadows";
     const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;
