@@ -34,7 +34,7 @@ type Mistake = (&'static str, &'static str, &'static str);
 /// An unknown key, a value that makes no sense and one of another type, for every kind.
 #[test]
 fn mistakes_in_every_kind_name_line_key_and_value() {
-    let cases: [(&str, [Mistake; 5]); 9] = [
+    let cases: [(&str, [Mistake; 5]); 10] = [
         (
             "bounds",
             [
@@ -127,6 +127,16 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("planes = [0.7]", "planes = []", "zero planes hold no shadow"),
                 ("least_radius = 2.0", "least_radius = 9.0", "least_radius = 9 "),
                 ("contact = 8.0", "contact = 0.0", "contact = 0 "),
+            ],
+        ),
+        (
+            "translucent-shadows",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("opacities = [0.0, 0.02,", "opacities = [1.5, 0.02,", "1.5 lies outside of [0, 1]"),
+                ("fourier = 16", "fourier = 2", "fourier = 2 is not between"),
+                ("stochastic = 8", "stochastic = 0", "stochastic = 0 is not between"),
+                ("sigma = 2.4", "sigma = -2.4", "sigma = -2.4"),
             ],
         ),
     ];

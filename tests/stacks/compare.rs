@@ -11,7 +11,9 @@ pub fn compare(a: &ShadowMapStack, b: &ShadowMapStack) -> Result<(), String> {
     first_difference("depths", a.depths.iter().map(|d| d.to_bits()), b.depths.iter().map(|d| d.to_bits()))?;
     let bits = |s: &ShadowMapStack| s.gradients.iter().map(|g| g.map(f32::to_bits)).collect::<Vec<_>>();
     first_difference("gradients", bits(a).into_iter(), bits(b).into_iter())?;
-    first_difference("light_facing", a.light_facing.iter(), b.light_facing.iter())
+    first_difference("light_facing", a.light_facing.iter(), b.light_facing.iter())?;
+    let bits = |s: &ShadowMapStack| s.opacities.iter().map(|o| o.to_bits()).collect::<Vec<_>>();
+    first_difference("opacities", bits(a).into_iter(), bits(b).into_iter())
 }
 
 fn first_difference<T: PartialEq + std::fmt::Debug>(
@@ -45,6 +47,7 @@ pub fn finds_planted_faults(stack: &ShadowMapStack) -> Result<(), String> {
     plant("facing", &|s| {
         s.light_facing = s.light_facing.iter().enumerate().map(|(i, b)| b ^ (i == middle)).collect()
     });
+    plant("opacity", &|s| s.opacities = vec![0.5; s.fragments()]);
     let texel = stack.offsets.len() / 2;
     plant("offset", &|s| s.offsets[texel] += 1);
     plant("missing fragment", &|s| {

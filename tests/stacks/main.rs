@@ -2,11 +2,14 @@
 
 // A panic is how a test or benchmark reports.
 #![allow(clippy::unwrap_used)]
+// The measured errors are for people to read.
+#![allow(clippy::print_stdout)]
 
 #[path = "../adapter/mod.rs"]
 mod adapter;
 mod analysis;
 mod bad_input;
+mod blending;
 mod brute_force;
 mod compare;
 mod depth_maps;
@@ -16,6 +19,7 @@ mod local_lights;
 mod scenes;
 mod shadow_rays;
 mod stencil;
+mod translucent;
 mod whole_scenes;
 
 use std::process::ExitCode;
@@ -69,6 +73,8 @@ fn main() -> ExitCode {
     trials.extend(frames::trials());
     trials.extend(local_lights::trials());
     trials.extend(shadow_rays::trials());
+    trials.extend(translucent::trials());
+    trials.extend(blending::trials());
     trials.extend(whole_scenes::trials());
     libtest_mimic::run(&arguments, trials).exit_code()
 }

@@ -14,9 +14,10 @@ use scenes::{
     load_with_files, procedural, read_views,
 };
 use shadow_renderer::{
-    Frame, LightFrame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, pictures, render_in_frame,
-    render_view,
+    Frame, LightFrame, MAX_MAP_SIZE, RenderError, RenderReport, ShadowMapStack, Spectrum, pictures,
+    render_translucent,
 };
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -197,9 +198,10 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     let [width, height] = arguments.size;
     let backend = arguments.backend.into();
     let rendered = match (arguments.fit, light.light.front()) {
-        (Fit::All, _) => render_view(&scene, &light, width, height, backend),
+        (Fit::All, _) => LightFrame::of_view(&scene, &light, width, height)
+            .and_then(|frame| render_translucent(&scene, &frame, Spectrum::Luminance, backend)),
         (Fit::Casters, None) => LightFrame::fit_casters(&scene, light.direction, width, height)
-            .and_then(|(cut, frame)| render_in_frame(&cut, &frame, backend)),
+            .and_then(|(cut, frame)| render_translucent(&cut, &frame, Spectrum::Luminance, backend)),
         (Fit::Casters, Some(_)) => {
             return Err(Failure::Input(anyhow!("--fit casters: the light `{}` is not the sun", light.light)));
         }
@@ -210,7 +212,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         let reason = fallback.as_deref().unwrap_or("none was found");
         return Err(Failure::Failed(anyhow!("--backend gpu: no graphics adapter: {reason}")));
     }
-    let (stack, report) = rendered.map_err(|error| match error {
+    let (translucent, report) = rendered.map_err(|error| match error {
         RenderError::Light(_) if arguments.light.is_some() => Failure::Input(anyhow!("--light: {error}")),
         RenderError::Light(_) => Failure::Input(anyhow!("view `{}`: {error}", light.name)),
         other => render_failure(other),
@@ -218,6 +220,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 
     spinner.step("writing the stack and pictures");
     let writing = Instant::now();
+    let stack = translucent.stack;
     write(&staging, &names, &scene, &light, &stack, &report, arguments.plain)?;
     let files = staging.publish(&names)?;
     let pictures_and_files = writing.elapsed();
@@ -247,7 +250,10 @@ fn write(
     if plain {
         frame.paint_plain();
     }
-    let visibility = frame.hard_shadow(stack, &report.frame);
+    // The picture shows what its own surfaces are: those that are closer to opaque than to clear.
+    let opaque =
+        if stack.opacities.is_empty() { Cow::Borrowed(stack) } else { Cow::Owned(stack.clone().opaque()) };
+    let visibility = frame.hard_shadow(&opaque, &report.frame);
     let shaded = frame.shade(light, &visibility);
     Ok(shaded.save(staging.path(picture)).with_context(|| picture.clone())?)
 }

@@ -75,6 +75,11 @@ pub use kinds::temporal_shadows::{
     CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, TemporalPicture,
     TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique, TemporalViewRecord,
 };
+pub use kinds::translucent_shadows::{
+    BlendOrder, BlendingRecord, ColourRecord, ColourSetting, TranslucentCost, TranslucentGroup,
+    TranslucentPicture, TranslucentPictureRecord, TranslucentRecord, TranslucentShadowsExperiment,
+    TranslucentStability, TranslucentTechnique, TranslucentViewRecord,
+};
 pub use lit_frames::ScaledLight;
 pub use moment_problem::MomentBound;
 pub use pictures::PICTURE_GAP;

@@ -35,16 +35,19 @@ pub struct AlphaMask {
 /// Sides of alpha masks, in texels, that the fixed point of shadow maps has bits for.
 const MASK_SIDES: std::ops::RangeInclusive<u32> = 1..=65_535;
 
+fn fault_of_texels([width, height]: [u32; 2], values: usize) -> Option<String> {
+    if !MASK_SIDES.contains(&width) || !MASK_SIDES.contains(&height) {
+        let (least, most) = (MASK_SIDES.start(), MASK_SIDES.end());
+        return Some(format!("has {width}x{height} texels, each side must lie in {least}..={most}"));
+    }
+    let wrong = values as u64 != u64::from(width) * u64::from(height);
+    wrong.then(|| format!("has {values} values for {width}x{height} texels"))
+}
+
 impl AlphaMask {
     /// What is wrong with it: a size that is not supported, or another number of values.
     pub fn fault(&self) -> Option<String> {
-        let Self { width, height, ref alpha, .. } = *self;
-        if !MASK_SIDES.contains(&width) || !MASK_SIDES.contains(&height) {
-            let (least, most) = (MASK_SIDES.start(), MASK_SIDES.end());
-            return Some(format!("has {width}x{height} texels, each side must lie in {least}..={most}"));
-        }
-        let wrong = alpha.len() as u64 != u64::from(width) * u64::from(height);
-        wrong.then(|| format!("has {} values for {width}x{height} texels", alpha.len()))
+        fault_of_texels([self.width, self.height], self.alpha.len())
     }
 
     /// Whether it has no surface anywhere.
@@ -76,14 +79,56 @@ pub struct AlphaTexture {
     pub alpha: Vec<u8>,
 }
 
-/// How much a surface that is blended lets through: `factor` times the texture's alpha times that of the vertices in
-/// [`Scene::colors`]. Shadows that know no translucency take [`Material::mask`] in its place.
+impl AlphaTexture {
+    /// Alpha of a texel in \[0, 1\].
+    ///
+    /// # Panics
+    /// If there is no such texel.
+    pub fn value(&self, column: u32, row: u32) -> f64 {
+        f64::from(self.alpha[row as usize * self.width as usize + column as usize]) / 255.0
+    }
+
+    /// What is wrong with it: a size that is not supported, or another number of values.
+    pub fn fault(&self) -> Option<String> {
+        fault_of_texels([self.width, self.height], self.alpha.len())
+    }
+}
+
+/// How much light a surface takes where shadows are translucent: alpha, `factor` times the texture's times that of the vertices
+/// in [`Scene::colors`], less what the covered part transmits. Shadows that know no translucency take [`Material::mask`] in its
+/// place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Opacity {
     /// From 0, clear, to 1.
     pub factor: f32,
     /// The same everywhere without it. Its coordinates are those of the mask.
     pub texture: Option<Arc<AlphaTexture>>,
+    /// Share of red, green and blue light that passes through the covered part (`KHR_materials_transmission`); 0 without.
+    pub transmission: [f32; 3],
+    /// Factor of the transmission over the surface, with the same coordinates.
+    pub transmission_texture: Option<Arc<AlphaTexture>>,
+    /// Whether [`Material::mask`] holds here too, as that of `alphaMode` `MASK` does.
+    pub tested: bool,
+}
+
+impl Opacity {
+    /// Alpha alone.
+    pub fn blended(factor: f32, texture: Option<Arc<AlphaTexture>>) -> Self {
+        Self { factor, texture, transmission: [0.0; 3], transmission_texture: None, tested: false }
+    }
+
+    /// Its textures.
+    pub fn textures(&self) -> impl Iterator<Item = &AlphaTexture> {
+        [&self.texture, &self.transmission_texture].into_iter().flatten().map(Arc::as_ref)
+    }
+
+    /// What it must not be: a number outside of \[0, 1\], or a broken texture.
+    pub fn fault(&self) -> Option<String> {
+        let [r, g, b] = self.transmission;
+        let outside = [self.factor, r, g, b].into_iter().find(|value| !(0.0..=1.0).contains(value));
+        let number = outside.map(|value| format!("is {value}, outside of [0, 1]"));
+        number.or_else(|| self.textures().find_map(AlphaTexture::fault))
+    }
 }
 
 /// Surface description; only what shadows and a plain picture need.
@@ -99,7 +144,7 @@ pub struct Material {
     pub factor: [f32; 3],
     /// Colours.
     pub texture: Option<Texture>,
-    /// Of a surface that is blended with what lies behind it.
+    /// Of a surface that lets light through.
     pub opacity: Option<Opacity>,
     /// Whether cameras do not see it from behind: ground that was added.
     pub one_sided: bool,

@@ -3,6 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "tests fail by panicking and may report")]
 
 mod fixture;
+#[path = "leniency/opacity.rs"]
+mod opacity;
 
 use fixture::{Parts, area, assert_bounds, mesh, square};
 use scenes::{LoadOptions, Scene, WarningKind, load_obj_bytes, load_with_files};

@@ -222,3 +222,32 @@ fn positions_are_platform_independent() {
         "{hashes:#x?}"
     );
 }
+
+/// What lets light through stands beside the others: glass is not closed, and needs few triangles.
+#[test]
+fn smoke_and_glass_let_light_through() {
+    for (name, translucent) in [("smoke", 30..=30), ("glasshouse", 400..=1000)] {
+        let scene = scene(name);
+        assert_eq!(scene.views.len(), 6, "{name}");
+        let opacity = |triangle: usize| {
+            let material = &scene.materials[scene.triangle_material[triangle] as usize];
+            material.opacity.as_ref().map(|opacity| (opacity, material.mask.is_some()))
+        };
+        let veils: Vec<_> = (0..scene.triangles.len()).filter_map(opacity).collect();
+        assert!(translucent.contains(&veils.len()), "{name}: {} triangles", veils.len());
+        for (opacity, has_mask) in veils {
+            assert_eq!(opacity.fault(), None);
+            // Smoke is tested where shadows are not translucent, glass is opaque there.
+            assert_eq!(has_mask, opacity.transmission == [0.0; 3], "{name}");
+        }
+        let mut textures = scene.materials.iter().flat_map(|m| &m.opacity).flat_map(|o| o.textures());
+        let is_varied = |alpha: &[u8]| alpha.contains(&0) && alpha.iter().any(|&a| a > 100);
+        assert!(textures.all(|texture| is_varied(&texture.alpha)), "{name}");
+        let again = procedural(name, DEFAULT_SEED).unwrap();
+        assert!(again.vertices == scene.vertices && again.triangles == scene.triangles);
+        assert!(
+            procedural(name, 7).unwrap().vertices != scene.vertices,
+            "{name} does not depend on the seed"
+        );
+    }
+}

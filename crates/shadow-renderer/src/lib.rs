@@ -15,8 +15,12 @@ pub use gpu::{
     GpuFrame, PassTimes, Route, SUPERSAMPLE_8, Sampling, WHOLE_FRAME,
 };
 pub use light_frame::{FIT_MARGIN, LightFrame, LocalLightError, MAX_MAP_SIZE};
-pub use render::{Backend, RenderReport, render_in_chunks, render_in_frame, render_stack, render_view};
+pub use render::{
+    Backend, RenderReport, TranslucentStack, render_in_chunks, render_in_frame, render_stack,
+    render_translucent, render_view,
+};
 pub use stack::file::write_array;
 pub use stack::pictures;
 pub use stack::stage_times::StageTimes;
+pub use stack::veils::Spectrum;
 pub use stack::{FacingBits, Fragment, LayerStatistics, ShadowMapStack};

@@ -11,6 +11,7 @@ use crate::stack::memory::{self, Budget};
 use crate::stack::prepare::PreparedTriangles;
 use crate::stack::rasterize::{BandTimes, rasterize};
 use crate::stack::stage_times::StageTimes;
+use crate::stack::veils::{Casters, Spectrum};
 use crate::{LightFrame, RenderError, ShadowMapStack};
 
 /// Who renders. Every backend returns the same stack, bit for bit.
@@ -97,8 +98,37 @@ pub fn render_view(
     let start = Instant::now();
     let frame = LightFrame::of_view(scene, view, width, height)?;
     // Fitting has checked scene and size.
-    let prepared = PreparedTriangles::of_checked(scene, &frame)?;
-    render_timed(scene, &frame, prepared, (backend, BINDING_BYTES), start)
+    let prepared = PreparedTriangles::of_checked(scene, &frame, Casters::Opaque)?;
+    render_timed(scene, &frame, prepared, (backend, BINDING_BYTES), start).map(opaque)
+}
+
+/// Without the triangles of fragments, which only stacks with opacities have.
+fn opaque((translucent, report): (TranslucentStack, RenderReport)) -> (ShadowMapStack, RenderReport) {
+    (translucent.stack, report)
+}
+
+/// A stack whose surfaces let light through.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TranslucentStack {
+    /// With opacities; fragments that are clear are left out.
+    pub stack: ShadowMapStack,
+    /// The scene's triangle that each fragment is of; empty where all opacities are 1.
+    pub triangles: Vec<u32>,
+}
+
+/// As [`render_in_frame`], with the opacity that surfaces have in one kind of light in place of a test at one half.
+///
+/// # Errors
+/// As [`render_in_frame`]; [`RenderError::Scene`] for opacities outside of \[0, 1\].
+pub fn render_translucent(
+    scene: &Scene,
+    frame: &LightFrame,
+    spectrum: Spectrum,
+    backend: Backend,
+) -> Result<(TranslucentStack, RenderReport), RenderError> {
+    let start = Instant::now();
+    let prepared = PreparedTriangles::of_casters(scene, frame, Casters::Translucent(spectrum))?;
+    render_timed(scene, frame, prepared, (backend, BINDING_BYTES), start)
 }
 
 /// Renders the stack of `scene` in a light frame of the caller's choice; triangles may lie off the map and depths
@@ -128,7 +158,8 @@ pub fn render_in_chunks(
     binding_bytes: u64,
 ) -> Result<(ShadowMapStack, RenderReport), RenderError> {
     let start = Instant::now();
-    render_timed(scene, frame, PreparedTriangles::new(scene, frame)?, (backend, binding_bytes), start)
+    let prepared = PreparedTriangles::new(scene, frame)?;
+    render_timed(scene, frame, prepared, (backend, binding_bytes), start).map(opaque)
 }
 
 fn render_timed(
@@ -137,7 +168,7 @@ fn render_timed(
     prepared: PreparedTriangles,
     (backend, binding_bytes): (Backend, u64),
     start: Instant,
-) -> Result<(ShadowMapStack, RenderReport), RenderError> {
+) -> Result<(TranslucentStack, RenderReport), RenderError> {
     let budget = Budget::new(&prepared, memory::available())?;
     let mut times = StageTimes { prepare: start.elapsed(), ..StageTimes::default() };
     let (mut adapter, mut fallback) = (None, None);
@@ -154,7 +185,7 @@ fn render_timed(
     };
     let assembling = Instant::now();
     let (degenerate_triangles, uncovering_triangles) = (prepared.degenerate(), prepared.uncovering());
-    let stack = assemble(prepared, bands)?;
+    let (stack, triangles) = assemble(prepared, bands)?;
     times.assemble = assembling.elapsed();
     times.total = start.elapsed();
     let report = RenderReport {
@@ -167,7 +198,7 @@ fn render_timed(
         fallback,
         times,
     };
-    Ok((stack, report))
+    Ok((TranslucentStack { stack, triangles }, report))
 }
 
 fn rasterize_timed(

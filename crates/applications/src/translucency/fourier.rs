@@ -16,21 +16,33 @@ impl FourierOpacity {
     /// Of weighted rays, with `pairs` pairs. `None` if a layer is opaque, whose absorption is infinite.
     pub fn new(rays: &[(f64, &[Layer])], pairs: usize) -> Option<Self> {
         let mut coefficients = vec![0.0; 1 + 2 * pairs];
+        let mut own = coefficients.clone();
         for &(weight, layers) in rays {
             for layer in layers {
                 let absorption = -(-layer.opacity()).ln_1p();
                 if !absorption.is_finite() {
                     return None;
                 }
-                coefficients[0] += 2.0 * weight * absorption;
-                for k in 1..=pairs {
-                    let (sine, cosine) = (TAU * k as f64 * layer.depth()).sin_cos();
-                    coefficients[2 * k - 1] += 2.0 * weight * absorption * cosine;
-                    coefficients[2 * k] += 2.0 * weight * absorption * sine;
-                }
+                Self::coefficients_of(layer.depth(), weight * absorption, &mut own);
+                coefficients.iter_mut().zip(&own).for_each(|(sum, value)| *sum += value);
             }
         }
         Some(Self { coefficients })
+    }
+
+    /// What an absorption at one depth adds to the coefficients, an odd number of them.
+    pub fn coefficients_of(depth: f64, absorption: f64, out: &mut [f64]) {
+        out[0] = 2.0 * absorption;
+        for (k, pair) in (1..).zip(out[1..].chunks_exact_mut(2)) {
+            let (sine, cosine) = (TAU * f64::from(k) * depth).sin_cos();
+            pair[0] = 2.0 * absorption * cosine;
+            pair[1] = 2.0 * absorption * sine;
+        }
+    }
+
+    /// From coefficients, as filtering leaves them.
+    pub fn of_coefficients(coefficients: Vec<f64>) -> Self {
+        Self { coefficients }
     }
 
     /// The absorption up to a depth, which may be negative where the series rings.

@@ -26,6 +26,14 @@ pub enum LayerError {
         /// The number.
         depth: f64,
     },
+    /// A list that does not say which texel owns which layer.
+    #[error("offsets do not divide {layers} layers among {texels} texels")]
+    Offsets {
+        /// Number of texels.
+        texels: usize,
+        /// Number of layers.
+        layers: usize,
+    },
 }
 
 impl Layer {
@@ -81,16 +89,22 @@ pub fn in_front(layers: &[Layer], z_f: f64) -> f64 {
 /// The functions of depth of the light that is taken, by blending as a graphics processor does: from the farthest layer to the
 /// nearest, each lets through what lies behind and adds its own, b = alpha b(z) + (1 - alpha) b. `round` is what storing a
 /// value after each blend makes of it. `layers` are blended in their order, so that a wrong one can be tried.
-pub fn blended<const M: usize>(
+pub fn blended(
     layers: &[Layer],
-    background: [f64; M],
-    functions: impl Fn(f64) -> [f64; M],
+    background: Vec<f64>,
+    mut functions: impl FnMut(f64, &mut [f64]),
     round: impl Fn(f64) -> f64,
-) -> [f64; M] {
-    layers.iter().fold(background.map(&round), |behind, layer| {
-        let own = functions(layer.depth);
-        std::array::from_fn(|k| round(layer.opacity * own[k] + (1.0 - layer.opacity) * behind[k]))
-    })
+) -> Vec<f64> {
+    let mut values = background;
+    values.iter_mut().for_each(|value| *value = round(*value));
+    let mut own = vec![0.0; values.len()];
+    for layer in layers {
+        functions(layer.depth, &mut own);
+        for (value, own) in values.iter_mut().zip(&own) {
+            *value = round(layer.opacity * own + (1.0 - layer.opacity) * *value);
+        }
+    }
+    values
 }
 
 #[cfg(test)]
@@ -111,7 +125,8 @@ mod tests {
             let distribution = taken(&layers);
             let rest = 1.0 - distribution.iter().map(|(_, share)| share).sum::<f64>();
             layers.sort_by(|a, b| b.depth.total_cmp(&a.depth));
-            let blended = blended(&layers, powers(1.0), powers, |value| value);
+            let functions = |z: f64, out: &mut [f64]| out.copy_from_slice(&powers(z));
+            let blended = blended(&layers, powers(1.0).to_vec(), functions, |value| value);
             for (k, got) in blended.into_iter().enumerate() {
                 let sum: f64 = distribution.iter().map(|&(z, share)| share * powers(z)[k]).sum();
                 assert!((got - sum - rest).abs() < 1e-12);

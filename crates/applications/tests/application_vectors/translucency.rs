@@ -9,8 +9,8 @@ use crate::table::{Row, Table, close};
 /// What the reference states, relative to 1.
 const ROUNDING: f64 = 1e-12;
 
-fn powers(z: f64) -> [f64; 6] {
-    std::array::from_fn(|k| z.powi(k as i32 + 1))
+fn powers(z: f64, out: &mut [f64]) {
+    (1..).zip(out).for_each(|(k, value)| *value = z.powi(k));
 }
 
 pub fn kernels(table: &Table) -> Result<(), Failed> {
@@ -42,7 +42,7 @@ fn kernel(row: &Row) -> Result<(), String> {
         // Later surfaces of one depth lie behind earlier ones.
         layers.sort_by(|a, b| a.depth().total_cmp(&b.depth()));
         layers.reverse();
-        let own = blended(&layers, [0.0; 6], powers, |value| value);
+        let own = blended(&layers, vec![0.0; 6], powers, |value| value);
         moments.iter_mut().zip(own).for_each(|(sum, value)| *sum += weight * value);
     }
     for (k, moment) in moments.into_iter().enumerate() {

@@ -21,7 +21,10 @@ use crate::error::EvaluationError;
 use random_stream::Random;
 use scenes::{LightView, Scene, load_scene};
 use shadow_filtering::{DepthMap, FilteringError, Kernel, Receiver};
-use shadow_renderer::{Backend, LightFrame, RenderError, ShadowMapStack, render_in_frame, render_view};
+use shadow_renderer::{
+    Backend, LightFrame, RenderError, ShadowMapStack, Spectrum, TranslucentStack, render_in_frame,
+    render_translucent, render_view,
+};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -33,6 +36,16 @@ pub(crate) enum Source {
 }
 
 type RenderedView<'a> = (Cow<'a, ShadowMapStack>, f64, Option<LightFrame>);
+
+/// A light view's stack with opacities.
+pub(crate) struct TranslucentView<'a> {
+    pub(crate) stack: Cow<'a, ShadowMapStack>,
+    /// The scene's triangle of each fragment; empty where all are opaque, and for a stack that was rendered before.
+    pub(crate) triangles: Vec<u32>,
+    pub(crate) texel_depth: f64,
+    /// From the world to the map; unknown for a stack that was rendered before.
+    pub(crate) frame: Option<LightFrame>,
+}
 
 /// A scene with its label and the views that are wanted.
 pub(crate) struct LoadedScene<'a> {
@@ -106,6 +119,18 @@ impl LoadedScene<'_> {
 }
 
 impl LoadedScene<'_> {
+    /// Renders one of its views with opacities.
+    pub(crate) fn translucent(
+        &self,
+        light: &LightView,
+        size: u32,
+        spectrum: Spectrum,
+    ) -> Result<TranslucentView<'_>, EvaluationError> {
+        self.source.translucent(light, size, spectrum).map_err(|error| {
+            EvaluationError::Value(format!("scene `{}`, view `{}`: {error}", self.label, light.name))
+        })
+    }
+
     /// Width of the map where the scene is a stack, which has no other size.
     pub(crate) fn own_size(label: &str) -> Result<Option<u32>, EvaluationError> {
         if !is_stack(label) {
@@ -184,7 +209,35 @@ impl Source {
                 let (stack, report) = render_view(scene, light, size, size, Backend::Cpu)?;
                 Ok((Cow::Owned(stack), texel_depth(&report.frame), Some(report.frame)))
             }
+            // What knows no translucency takes surfaces as it would from their scene.
+            Self::Stack(stack) if !stack.opacities.is_empty() => {
+                Ok((Cow::Owned(stack.clone().opaque()), median_gradient(stack), None))
+            }
             Self::Stack(stack) => Ok((Cow::Borrowed(stack), median_gradient(stack), None)),
+        }
+    }
+
+    /// The same with opacities in one kind of light; a stack has one kind only.
+    fn translucent(
+        &self,
+        light: &LightView,
+        size: u32,
+        spectrum: Spectrum,
+    ) -> Result<TranslucentView<'_>, RenderError> {
+        match self {
+            Self::Scene(scene) => {
+                let frame = LightFrame::of_view(scene, light, size, size)?;
+                let (TranslucentStack { stack, triangles }, _) =
+                    render_translucent(scene, &frame, spectrum, Backend::Cpu)?;
+                let stack = Cow::Owned(stack);
+                Ok(TranslucentView { stack, triangles, texel_depth: texel_depth(&frame), frame: Some(frame) })
+            }
+            Self::Stack(stack) => Ok(TranslucentView {
+                stack: Cow::Borrowed(stack),
+                triangles: Vec::new(),
+                texel_depth: median_gradient(stack),
+                frame: None,
+            }),
         }
     }
 }

@@ -10,6 +10,7 @@ pub(crate) mod speed_accuracy;
 pub(crate) mod stability;
 pub(crate) mod stochastic_shadows;
 pub(crate) mod temporal_shadows;
+pub(crate) mod translucent_shadows;
 
 use crate::experiment::kind::Kind;
 
@@ -25,4 +26,5 @@ pub(crate) static KINDS: &[Kind] = &[
     Kind::of::<single_scattering::SingleScatteringExperiment>(),
     Kind::of::<temporal_shadows::TemporalShadowsExperiment>(),
     Kind::of::<stochastic_shadows::StochasticShadowsExperiment>(),
+    Kind::of::<translucent_shadows::TranslucentShadowsExperiment>(),
 ];

@@ -12,6 +12,7 @@ mod speed_accuracy;
 mod stability;
 mod stochastic_shadows;
 mod temporal_shadows;
+mod translucent_shadows;
 
 use crate::error::ReportError;
 use crate::page::{Content, Page};
@@ -39,6 +40,7 @@ const KINDS: &[&KindPage] = &[
     &single_scattering::PAGE,
     &temporal_shadows::PAGE,
     &stochastic_shadows::PAGE,
+    &translucent_shadows::PAGE,
 ];
 
 /// Error of four power moments over that of trigonometric moments, 2.19 % / 1.93 % (MSM15 section 3.2).

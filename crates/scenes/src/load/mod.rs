@@ -1,6 +1,6 @@
 //! From a name or a file to a [`Scene`].
 
-mod alpha;
+pub(crate) mod alpha;
 mod cut;
 mod gltf;
 mod lights;

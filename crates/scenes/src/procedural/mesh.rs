@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use crate::arrays::{Mesh, SceneArrays};
 use crate::fit::scene_of;
-use crate::{AlphaMask, Camera, LightView, Material, Scene};
+use crate::load::alpha::{OPAQUE_FROM, alpha_mask};
+use crate::{AlphaMask, Camera, LightView, Material, Opacity, Scene};
 
 pub(super) type Point = [f64; 3];
 
@@ -63,6 +64,17 @@ impl SceneMesh {
     pub(super) fn material(&mut self, name: &str, albedo: [f32; 3], mask: Option<AlphaMask>) -> u32 {
         self.materials.push(Material { mask: mask.map(Arc::new), ..Material::plain(name, albedo) });
         self.materials.len() as u32 - 1
+    }
+
+    /// A material that lets light through; where shadows are not translucent it is tested as those of files are.
+    pub(super) fn translucent(&mut self, name: &str, albedo: [f32; 3], opacity: Opacity) -> u32 {
+        let mask = match opacity.transmission {
+            [0.0, 0.0, 0.0] => alpha_mask(opacity.texture.as_deref(), f64::from(opacity.factor), OPAQUE_FROM),
+            _ => None,
+        };
+        let number = self.material(name, albedo, mask);
+        self.materials[number as usize].opacity = Some(opacity);
+        number
     }
 
     /// Number of triangles so far.

@@ -6,10 +6,12 @@
 //! between implementations of the sine.
 
 mod cart;
+mod glasshouse;
 mod grids;
 mod grove;
 mod hall;
 mod mesh;
+mod smoke;
 mod stairs;
 mod village;
 
@@ -26,7 +28,7 @@ pub const DEFAULT_SEED: u64 = 2015;
 /// Names of the procedural scenes.
 pub const NAMES: [&str; 4] = ["stairs", "village", "grove", "hall"];
 
-/// Makes the scene called `name` (one of [`NAMES`], or `grids`); `None` if there is no such scene.
+/// Makes the scene called `name` (one of [`NAMES`], `grids`, `smoke` or `glasshouse`); `None` if there is no such scene.
 ///
 /// - `stairs`: flights of stairs between colonnades and railings, a winged torus knot in flight above them.
 /// - `village`: houses with walls, floors, windows and shingled roofs, fences, and a hollow tower.
@@ -34,8 +36,10 @@ pub const NAMES: [&str; 4] = ["stairs", "village", "grove", "hall"];
 /// - `hall`: a hall with windows, a roof of slats, benches, and a colonnade towards its open side; its camera stands inside.
 ///
 /// - `grids`: two grids of bars over a plain and a square light right above them, `overhead`; few triangles, and not random.
+/// - `smoke`: 15 translucent, textured planes between walls and pipes (BHS16 Figure 15).
+/// - `glasshouse`: panes of clear and stained glass between bars, and piles of glass plates, up to 64 surfaces in a ray.
 ///
-/// Each has its own ground, a camera, 50 to 300 thousand triangles (`grids` has a few hundred) and six light views: `high`, `oblique`,
+/// Each has its own ground, a camera, 50 to 300 thousand triangles (the last three have a few hundred) and six light views: `high`, `oblique`,
 /// `long` (long shadows beside contact shadows) and `grazing` (a few degrees above the horizon) without extent, `wide`, a
 /// sun of 10 degrees, and `lamp`, a rectangle in space. `grove` casts
 /// leaf shadows through an alpha mask; solids are closed, so light rays cross surfaces in pairs.
@@ -46,6 +50,8 @@ pub fn procedural(name: &str, seed: u64) -> Option<Scene> {
         "grove" => grove::build(seed),
         "hall" => hall::build(seed),
         "grids" => grids::build(),
+        "smoke" => smoke::build(seed),
+        "glasshouse" => glasshouse::build(seed),
         _ => return None,
     };
     let mut views: Vec<LightView> = ["high", "oblique", "long", "grazing"]

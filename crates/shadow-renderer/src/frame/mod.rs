@@ -101,12 +101,26 @@ impl Frame {
     /// # Panics
     /// If `visibility` has another number of values than the frame has pixels.
     pub fn shade(&self, light: &LightView, visibility: &[f32]) -> RgbaImage {
+        self.shade_behind(light, visibility, |_, linear| linear)
+    }
+
+    /// The same behind what lets light through: `veil` is given the number of a pixel and the linear colour behind, and tells
+    /// what is seen.
+    ///
+    /// # Panics
+    /// As [`Frame::shade`].
+    pub fn shade_behind(
+        &self,
+        light: &LightView,
+        visibility: &[f32],
+        veil: impl Fn(usize, [f32; 3]) -> [f32; 3],
+    ) -> RgbaImage {
         assert_eq!(visibility.len(), self.triangle.len(), "one visibility a pixel");
         let distant = normalize(light.direction.map(|c| -f64::from(c)));
         RgbaImage::from_fn(self.width, self.height, |x, y| {
             let i = y as usize * self.width as usize + x as usize;
             if self.triangle[i] == NO_TRIANGLE {
-                return encode(SKY);
+                return encode(veil(i, SKY));
             }
             let normal = self.normal[i];
             let towards_light = match light.light {
@@ -117,7 +131,7 @@ impl Frame {
             let ambient =
                 1.0 - AMBIENT_BY_NORMAL[1] + (0..3).map(|k| normal[k] * AMBIENT_BY_NORMAL[k]).sum::<f32>();
             let light = AMBIENT * ambient + (1.0 - AMBIENT) * cosine * visibility[i];
-            encode(self.albedo[i].map(|c| c * light))
+            encode(veil(i, self.albedo[i].map(|c| c * light)))
         })
     }
 }

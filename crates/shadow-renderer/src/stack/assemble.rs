@@ -9,6 +9,7 @@ use crate::stack::fixed_point::depth_from_fixed;
 use crate::stack::memory::zeroed;
 use crate::stack::perspective;
 use crate::stack::prepare::PreparedTriangles;
+use crate::stack::veils::Veils;
 use crate::{RenderError, ShadowMapStack};
 
 /// A fragment: depth in units of 2^-24 in the upper, prepared triangle's index in the lower half. Keys are distinct
@@ -27,8 +28,12 @@ pub(crate) struct Band {
     pub keys: Vec<Key>,
 }
 
-/// Joins bands, in the map's order, into a stack.
-pub(crate) fn assemble(prepared: PreparedTriangles, bands: Vec<Band>) -> Result<ShadowMapStack, RenderError> {
+/// Joins bands, in the map's order, into a stack; with the scene's triangle of each fragment where some are translucent.
+pub(crate) fn assemble(
+    prepared: PreparedTriangles,
+    bands: Vec<Band>,
+) -> Result<(ShadowMapStack, Vec<u32>), RenderError> {
+    let (bands, opacities, sources) = Veils::covered(&prepared, bands);
     let PreparedTriangles { mut triangles, surfaces, weights, width, height, .. } = prepared;
     let in_perspective = !weights.is_empty();
     if !in_perspective {
@@ -80,12 +85,6 @@ pub(crate) fn assemble(prepared: PreparedTriangles, bands: Vec<Band>) -> Result<
         }
     });
     let words = words.into_iter().map(AtomicU32::into_inner).collect();
-    Ok(ShadowMapStack {
-        width,
-        height,
-        offsets,
-        depths,
-        gradients,
-        light_facing: FacingBits { words, len: fragments },
-    })
+    let light_facing = FacingBits { words, len: fragments };
+    Ok((ShadowMapStack { width, height, offsets, depths, gradients, light_facing, opacities }, sources))
 }

@@ -12,20 +12,24 @@ use zip::{CompressionMethod, ZipArchive, ZipWriter};
 use crate::stack::FacingBits;
 use crate::{LightFrame, RenderError, ShadowMapStack};
 
-/// Version of the arrays and of what they mean. It grows when an older reader would misunderstand a file.
-const VERSION: u32 = 1;
+/// Newest version of the arrays and of what they mean. It grows when an older reader would misunderstand a file.
+const VERSION: u32 = 2;
+
+/// What is written without opacities, which the first version does not know.
+const OPAQUE_VERSION: u32 = 1;
 
 impl ShadowMapStack {
     /// Writes the stack as an uncompressed `.npz` archive with these arrays (n fragments):
     ///
     /// | name | type | shape |
     /// |---|---|---|
-    /// | `version` | `uint32`, 1 | scalar |
+    /// | `version` | `uint32`, 2 with opacities, else 1 | scalar |
     /// | `width`, `height` | `uint32` | scalar |
     /// | `offsets` | `uint32` | `width * height + 1` |
     /// | `depths` | `float32` | n |
     /// | `gradients` | `float32` | n x 2 |
     /// | `light_facing` | `uint8` | n / 8 rounded up: `np.unpackbits(light_facing, count=n, bitorder="little")` |
+    /// | `opacities` | `float32` | n; absent where all are 1 |
     ///
     /// The same stack gives the same bytes. They go to a temporary file beside `path`, which takes its name only when
     /// complete; an existing file is replaced.
@@ -70,7 +74,8 @@ impl ShadowMapStack {
     fn write_archive(&self, path: &Path, frame: Option<&LightFrame>) -> io::Result<()> {
         let mut zip = ZipWriter::new(File::create(path)?);
         let fragments = self.fragments() as u64;
-        write_array(&mut zip, "version", &[], [VERSION])?;
+        let version = if self.opacities.is_empty() { OPAQUE_VERSION } else { VERSION };
+        write_array(&mut zip, "version", &[], [version])?;
         write_array(&mut zip, "width", &[], [self.width])?;
         write_array(&mut zip, "height", &[], [self.height])?;
         write_array(&mut zip, "offsets", &[self.offsets.len() as u64], self.offsets.iter().copied())?;
@@ -79,6 +84,9 @@ impl ShadowMapStack {
         let bytes = self.light_facing.words.iter().flat_map(|word| word.to_le_bytes());
         let bytes_used = fragments.div_ceil(8);
         write_array(&mut zip, "light_facing", &[bytes_used], bytes.take(bytes_used as usize))?;
+        if !self.opacities.is_empty() {
+            write_array(&mut zip, "opacities", &[fragments], self.opacities.iter().copied())?;
+        }
         if let Some(frame) = frame {
             write_frame(&mut zip, frame)?;
         }
@@ -86,8 +94,8 @@ impl ShadowMapStack {
     }
 
     /// Reads an archive written by [`ShadowMapStack::save`] or by `np.savez` or `np.savez_compressed` with the same
-    /// names and types; `width` and `height` may be any integers. An archive without `version` counts as of this one.
-    /// Further arrays are ignored.
+    /// names and types; `width` and `height` may be any integers. An archive without `version` counts as of the newest one;
+    /// one of version 1 has no opacities. Fragments whose opacity is 0 are dropped. Further arrays are ignored.
     ///
     /// # Errors
     /// [`RenderError::File`] if the file cannot be opened, [`RenderError::Archive`] if it is no archive, lacks an
@@ -99,12 +107,10 @@ impl ShadowMapStack {
         let zip =
             ZipArchive::new(BufReader::new(file)).map_err(|e| archive(format!("no .npz archive: {e}")))?;
         let mut reader = Reader { zip, path: path.to_owned() };
-        if reader.has("version") {
-            let version = reader.integer("version")?;
-            if version != VERSION {
-                let what = format!("array 'version' holds {version}, this program reads version {VERSION}");
-                return Err(archive(what));
-            }
+        let version = if reader.has("version") { reader.integer("version")? } else { VERSION };
+        if !(OPAQUE_VERSION..=VERSION).contains(&version) {
+            let known = format!("this program reads versions {OPAQUE_VERSION} to {VERSION}");
+            return Err(archive(format!("array 'version' holds {version}, {known}")));
         }
         let (width, height) = (reader.integer("width")?, reader.integer("height")?);
         crate::light_frame::check_size(width, height)?;
@@ -119,9 +125,16 @@ impl ShadowMapStack {
             return Err(RenderError::InvalidStack { array: "light_facing", what });
         }
         let light_facing = (0..len).map(|i| bytes[i / 8] >> (i % 8) & 1 == 1).collect::<FacingBits>();
-        let stack = Self { width, height, offsets, depths, gradients, light_facing };
+        let with_opacities = version == VERSION && reader.has("opacities");
+        let opacities =
+            if with_opacities { reader.array::<f32>("opacities", "float32", 1)? } else { Vec::new() };
+        if with_opacities && opacities.len() != len {
+            let what = format!("has {} values for {len} depths", opacities.len());
+            return Err(RenderError::InvalidStack { array: "opacities", what });
+        }
+        let stack = Self { width, height, offsets, depths, gradients, light_facing, opacities };
         stack.validate()?;
-        Ok(stack)
+        Ok(stack.settled())
     }
 }
 

@@ -6,6 +6,8 @@
 
 use scenes::{AlphaMask, InvalidScene, Scene};
 
+use crate::stack::veils::Casters;
+
 /// Fractional bits of a plane.
 const PLANE_BITS: u32 = 40;
 /// Fractional bits of the planes of a [`Quotient`]: numerator and denominator lie near 1, and their errors grow with the
@@ -52,6 +54,16 @@ impl Plane {
         let half = 1 << (DEPTH_SHIFT - 1);
         let [low, high] = [low, high].map(i64::from);
         Depths { rounded: self.at(x, y).wrapping_add(half), step: self.step[0], low, high }
+    }
+
+    /// The value at a texel as a number. In perspective the value is divided by a weight.
+    #[inline]
+    pub(crate) fn number_at(&self, weight: Option<&Self>, x: u32, y: u32) -> f64 {
+        match weight.map(|weight| weight.at(x, y)) {
+            None => self.at(x, y) as f64 / (1u64 << PLANE_BITS) as f64,
+            // A sliver's far side may have none.
+            Some(weight) => self.at(x, y) as f64 / weight.max(1) as f64,
+        }
     }
 
     /// The index of the texel that holds the value in a repeating row of `size` texels, `size` < 2^16. In perspective the
@@ -154,10 +166,19 @@ pub(crate) struct Masks {
 
 impl Masks {
     pub(crate) fn new(scene: &Scene) -> Result<Self, InvalidScene> {
+        Self::of_casters(scene, Casters::Opaque)
+    }
+
+    /// Translucent surfaces that are blended are there wherever they are not clear, which no mask tells.
+    pub(crate) fn of_casters(scene: &Scene, casters: Casters) -> Result<Self, InvalidScene> {
         let mut masks = Self::default();
         let mut first_bit = 0u64;
         for material in &scene.materials {
-            let Some(mask) = &material.mask else {
+            let is_tested = match (casters, &material.opacity) {
+                (Casters::Opaque, _) | (Casters::Translucent(_), None) => true,
+                (Casters::Translucent(_), Some(opacity)) => opacity.tested,
+            };
+            let Some(mask) = material.mask.as_ref().filter(|_| is_tested) else {
                 masks.of_material.push(u32::MAX);
                 continue;
             };

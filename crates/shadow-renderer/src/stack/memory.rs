@@ -6,6 +6,8 @@ use crate::stack::prepare::PreparedTriangles;
 /// Bytes per fragment at the peak of either backend: its key, its key in the buffer of a band in flight, depth,
 /// gradient and bit.
 const BYTES_PER_FRAGMENT: u64 = 8 + 4 + 12 + 1;
+/// More where surfaces are translucent: opacity, and the triangle that it is of.
+const BYTES_OF_OPACITY: u64 = 4 + 4;
 /// Bytes per texel at the peak: final offsets and the bands' starts.
 const BYTES_PER_TEXEL: u64 = 8;
 /// Share of the available memory that is used at most, in percent.
@@ -60,6 +62,7 @@ pub(crate) fn prefer_huge_pages<T>(list: &Vec<T>) {
 /// Limit on fragments given the memory there is.
 pub(crate) struct Budget {
     fixed_bytes: u64,
+    fragment_bytes: u64,
     available: u64,
 }
 
@@ -71,7 +74,9 @@ impl Budget {
     /// areas and therefore too high only under alpha masks, lies clearly beyond what is possible.
     pub(crate) fn new(prepared: &PreparedTriangles, available: u64) -> Result<Self, RenderError> {
         let texels = u64::from(prepared.width) * u64::from(prepared.height);
-        let budget = Self { fixed_bytes: texels * BYTES_PER_TEXEL, available };
+        let of_opacity = if prepared.veils.is_empty() { 0 } else { BYTES_OF_OPACITY };
+        let fragment_bytes = BYTES_PER_FRAGMENT + of_opacity;
+        let budget = Self { fixed_bytes: texels * BYTES_PER_TEXEL, fragment_bytes, available };
         let estimate = prepared.estimated_fragments();
         // Masks only remove fragments; with them the exact count decides, on the way.
         let certain = if prepared.mask_planes.is_empty() { estimate - estimate / 20 } else { 0 };
@@ -84,7 +89,7 @@ impl Budget {
         if fragments > u64::from(u32::MAX) {
             return Err(RenderError::TooManyFragments { at_least: fragments });
         }
-        let needed = self.fixed_bytes + fragments * BYTES_PER_FRAGMENT;
+        let needed = self.fixed_bytes + fragments * self.fragment_bytes;
         if needed > self.available / 100 * USABLE_PERCENT {
             return Err(RenderError::OutOfMemory {
                 what: "the stack",
@@ -102,7 +107,7 @@ mod tests {
 
     /// The map of a budget without fixed cost.
     fn budget(available: u64) -> Budget {
-        Budget { fixed_bytes: 0, available }
+        Budget { fixed_bytes: 0, fragment_bytes: BYTES_PER_FRAGMENT, available }
     }
 
     #[test]

@@ -11,8 +11,12 @@ pub mod pictures;
 pub(crate) mod prepare;
 pub(crate) mod rasterize;
 pub(crate) mod stage_times;
+pub(crate) mod veils;
 
 use crate::RenderError;
+
+/// Opacity from which a surface casts a shadow where shadows are not translucent, as scenes have it.
+const OPAQUE_FROM: f32 = 0.5;
 
 /// All fragments of a light's view, exactly, without a limit on layers.
 ///
@@ -34,6 +38,8 @@ pub struct ShadowMapStack {
     pub gradients: Vec<[f32; 2]>,
     /// One bit a fragment: its surface's front side points to the light.
     pub light_facing: FacingBits,
+    /// Share of the arriving light in (0, 1\] that each fragment takes; empty where all are 1.
+    pub opacities: Vec<f32>,
 }
 
 /// A packed list of booleans, bit `i % 32` of word `i / 32`; bits beyond the length are zero.
@@ -95,6 +101,8 @@ pub struct Fragment {
     pub gradient: [f32; 2],
     /// The surface's front side points to the light.
     pub light_facing: bool,
+    /// Share of the arriving light that it takes.
+    pub opacity: f32,
 }
 
 /// How many layers the covered texels of a stack have; all zero without fragments.
@@ -136,7 +144,55 @@ impl ShadowMapStack {
             depth: self.depths[i],
             gradient: self.gradients[i],
             light_facing: self.light_facing.get(i),
+            opacity: self.opacity(i),
         })
+    }
+
+    /// Opacity of a fragment by its index.
+    #[inline]
+    pub fn opacity(&self, fragment: usize) -> f32 {
+        self.opacities.get(fragment).copied().unwrap_or(1.0)
+    }
+
+    /// What shadows that know no translucency take: fragments whose opacity is at least one half, as opaque ones, and no
+    /// others. That is how scenes with such surfaces are rendered without their opacity.
+    pub fn opaque(self) -> Self {
+        if self.opacities.is_empty() {
+            return self;
+        }
+        self.retain(|opacity| opacity >= OPAQUE_FROM).with_opacities(Vec::new())
+    }
+
+    /// Without fragments that take no light; those that take all of it need no opacities.
+    fn settled(self) -> Self {
+        let opacities = &self.opacities;
+        if opacities.iter().all(|&opacity| opacity == 1.0) {
+            return self.with_opacities(Vec::new());
+        }
+        if opacities.iter().all(|&opacity| opacity > 0.0) {
+            return self;
+        }
+        self.retain(|opacity| opacity > 0.0).settled()
+    }
+
+    fn with_opacities(self, opacities: Vec<f32>) -> Self {
+        Self { opacities, ..self }
+    }
+
+    /// The fragments with opacities that are wanted.
+    fn retain(self, wanted: impl Fn(f32) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.fragments()).filter(|&i| wanted(self.opacity(i))).collect();
+        // Of the fragments before a texel, those that are kept.
+        let offsets =
+            self.offsets.iter().map(|&offset| kept.partition_point(|&i| i < offset as usize) as u32);
+        Self {
+            offsets: offsets.collect(),
+            depths: kept.iter().map(|&i| self.depths[i]).collect(),
+            gradients: kept.iter().map(|&i| self.gradients[i]).collect(),
+            light_facing: kept.iter().map(|&i| self.light_facing.get(i)).collect(),
+            opacities: kept.iter().map(|&i| self.opacity(i)).collect(),
+            ..self
+        }
     }
 
     /// Number of layers of each texel, row-major.
@@ -216,6 +272,12 @@ impl ShadowMapStack {
         }
         if let Some(i) = self.gradients.iter().position(|g| !(g[0].is_finite() && g[1].is_finite())) {
             return fail("gradients", format!("holds {:?} at {i}", self.gradients[i]));
+        }
+        if !self.opacities.is_empty() && self.opacities.len() != fragments {
+            return fail("opacities", format!("has {} values for {fragments} depths", self.opacities.len()));
+        }
+        if let Some(i) = self.opacities.iter().position(|opacity| !(0.0..=1.0).contains(opacity)) {
+            return fail("opacities", format!("holds {} at {i}, outside of [0, 1]", self.opacities[i]));
         }
         Ok(())
     }

@@ -21,13 +21,14 @@ use crate::stack::prepare::{
     GUARD_TEXELS, NO_MASK, PreparedTriangle, PreparedTriangles, Projected, Surface, Tally, mask_coordinates,
     plane_corners, plane_through, set_up,
 };
+use crate::stack::veils::{Veil, Veils};
 use crate::{LightFrame, RenderError};
 
 /// Triangles set up by one task.
 const CHUNK: usize = 1 << 12;
 
-/// A corner in light space, with mask coordinates.
-type Corner = [f64; 5];
+/// A corner in light space, with coordinates of mask and opacity, and alpha.
+type Corner = [f64; 6];
 
 /// What becomes of some triangles.
 #[derive(Default)]
@@ -36,6 +37,10 @@ struct Pieces {
     surfaces: Vec<Surface>,
     weights: Vec<Plane>,
     mask_planes: Vec<MaskPlanes>,
+    /// Of translucent triangles, by their number.
+    veils: Vec<(u32, Veil)>,
+    /// The scene's triangle of each; empty without translucent surfaces.
+    sources: Vec<u32>,
     tally: Tally,
 }
 
@@ -44,6 +49,7 @@ pub(super) fn prepare(
     scene: &Scene,
     frame: &LightFrame,
     masks: Masks,
+    mut veils: Veils,
 ) -> Result<PreparedTriangles, RenderError> {
     let shown = shown(frame);
     let chunks: Vec<Result<Pieces, RenderError>> = (0..scene.triangles.len())
@@ -52,7 +58,7 @@ pub(super) fn prepare(
         .map(|first| {
             let mut pieces = Pieces::default();
             for triangle in first..scene.triangles.len().min(first + CHUNK) {
-                pieces.add(scene, frame, &masks, &shown, triangle)?;
+                pieces.add(scene, frame, (&masks, &veils), &shown, triangle)?;
             }
             Ok(pieces)
         })
@@ -64,15 +70,19 @@ pub(super) fn prepare(
         for triangle in pieces.triangles.iter_mut().filter(|triangle| triangle.mask != NO_MASK) {
             triangle.mask += first_mask;
         }
+        let before = all.triangles.len() as u32;
         all.triangles.append(&mut pieces.triangles);
         all.surfaces.append(&mut pieces.surfaces);
         all.weights.append(&mut pieces.weights);
         all.mask_planes.append(&mut pieces.mask_planes);
+        all.veils.extend(pieces.veils.into_iter().map(|(piece, veil)| (piece + before, veil)));
+        all.sources.append(&mut pieces.sources);
         all.tally = all.tally.join(pieces.tally);
     }
-    let Pieces { triangles, surfaces, weights, mask_planes, tally } = all;
+    let Pieces { triangles, surfaces, weights, mask_planes, tally, veils: of_pieces, sources } = all;
+    veils.take_pieces(triangles.len(), of_pieces, sources);
     let (width, height) = (frame.width, frame.height);
-    Ok(PreparedTriangles { triangles, surfaces, mask_planes, masks, weights, width, height, tally })
+    Ok(PreparedTriangles { triangles, surfaces, mask_planes, masks, veils, weights, width, height, tally })
 }
 
 /// In front of the near plane, and not farther off the map than edge functions reach.
@@ -95,16 +105,19 @@ impl Pieces {
         &mut self,
         scene: &Scene,
         frame: &LightFrame,
-        masks: &Masks,
+        (masks, veils): (&Masks, &Veils),
         shown: &[HalfSpace; 5],
         triangle: usize,
     ) -> Result<(), RenderError> {
         let mask = masks.of_material[scene.triangle_material[triangle] as usize];
-        let uv = if mask == NO_MASK { [[0.0; 2]; 3] } else { mask_coordinates(scene, triangle)? };
+        let veil = veils.of_material(scene.triangle_material[triangle]);
+        let flat = mask == NO_MASK && veil.is_none();
+        let uv = if flat { [[0.0; 2]; 3] } else { mask_coordinates(scene, triangle)? };
+        let alpha = veil.map_or([1.0; 3], |_| veils.alphas(scene, triangle));
         let corners: [Corner; 3] = [0, 1, 2].map(|i| {
             let vertex = &scene.vertices[scene.triangles[triangle][i] as usize];
             let [x, y, z] = frame.light_space(vertex.position.map(f64::from));
-            [x, y, z, uv[i][0], uv[i][1]]
+            [x, y, z, uv[i][0], uv[i][1], alpha[i]]
         });
         let project = |c: &Corner| Projected::new(frame.on_map([c[0], c[1], c[2]]));
         let whole = corners.iter().all(|c| c[2] >= frame.near && !project(c).is_outside());
@@ -114,12 +127,27 @@ impl Pieces {
         }
         for i in 2..polygon.len() {
             let corners = [polygon[0], polygon[i - 1], polygon[i]];
-            self.add_piece(&corners, &corners.map(|c| project(&c)), mask, [frame.width, frame.height]);
+            let before = self.triangles.len();
+            self.add_piece(
+                &corners,
+                &corners.map(|c| project(&c)),
+                (mask, veil),
+                [frame.width, frame.height],
+            );
+            if !veils.is_empty() && self.triangles.len() > before {
+                self.sources.push(triangle as u32);
+            }
         }
         Ok(())
     }
 
-    fn add_piece(&mut self, corners: &[Corner; 3], vertices: &[Projected; 3], mask: u32, size: [u32; 2]) {
+    fn add_piece(
+        &mut self,
+        corners: &[Corner; 3],
+        vertices: &[Projected; 3],
+        (mask, veil): (u32, Option<u32>),
+        size: [u32; 2],
+    ) {
         let Some((mut triangle, surface)) = set_up(vertices, mask, size, &mut self.tally) else { return };
         let on_map = plane_corners(vertices);
         let reference = [f64::from(triangle.bounds[0]) + 0.5, f64::from(triangle.bounds[1]) + 0.5];
@@ -136,6 +164,10 @@ impl Pieces {
             triangle.mask = self.mask_planes.len() as u32;
             let [u, v] = [3, 4].map(|k| plane(corners.map(|c| c[k])));
             self.mask_planes.push(MaskPlanes { u, v, mask });
+        }
+        if let Some(material) = veil {
+            let [u, v, alpha] = [3, 4, 5].map(|k| plane(corners.map(|c| c[k])));
+            self.veils.push((self.triangles.len() as u32, Veil { u, v, alpha, material }));
         }
         self.weights.push(plane([1.0; 3]));
         self.triangles.push(triangle);

@@ -132,6 +132,7 @@ mod tests {
             depths: vec![0.0, 1.0, 1.0, 1.0],
             gradients: vec![[0.0; 2]; 4],
             light_facing: [true; 4].into_iter().collect(),
+            opacities: Vec::new(),
         }
     }
 

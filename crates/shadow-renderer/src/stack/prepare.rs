@@ -7,6 +7,7 @@ use scenes::Scene;
 
 use crate::stack::fixed_point::{DEPTH_BITS, MaskPlanes, Masks, Plane};
 use crate::stack::perspective;
+use crate::stack::veils::{Casters, Veils};
 use crate::{LightFrame, RenderError};
 
 /// Sub-texel steps per texel to which vertices are snapped.
@@ -89,6 +90,8 @@ pub(crate) struct PreparedTriangles {
     pub surfaces: Vec<Surface>,
     pub mask_planes: Vec<MaskPlanes>,
     pub masks: Masks,
+    /// Opacities, where surfaces are translucent.
+    pub veils: Veils,
     /// In perspective, one a triangle, by which depth and mask planes are divided; empty otherwise.
     pub weights: Vec<Plane>,
     pub width: u32,
@@ -126,17 +129,31 @@ impl PreparedTriangles {
     /// [`RenderError::Scene`] (no triangles, dangling index, value that is not finite, malformed
     /// mask), [`RenderError::MapSize`], [`RenderError::GuardBand`] if a vertex lies over 16384 texels off.
     pub(crate) fn new(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
+        Self::of_casters(scene, frame, Casters::Opaque)
+    }
+
+    /// The same with surfaces as `casters` has them.
+    pub(crate) fn of_casters(
+        scene: &Scene,
+        frame: &LightFrame,
+        casters: Casters,
+    ) -> Result<Self, RenderError> {
         crate::light_frame::check_size(frame.width, frame.height)?;
         scene.check()?;
-        Self::of_checked(scene, frame)
+        Self::of_checked(scene, frame, casters)
     }
 
     /// The same for a scene that passed [`Scene::check`] and a frame of supported
     /// size.
-    pub(crate) fn of_checked(scene: &Scene, frame: &LightFrame) -> Result<Self, RenderError> {
-        let masks = Masks::new(scene)?;
+    pub(crate) fn of_checked(
+        scene: &Scene,
+        frame: &LightFrame,
+        casters: Casters,
+    ) -> Result<Self, RenderError> {
+        let masks = Masks::of_casters(scene, casters)?;
+        let mut veils = Veils::new(scene, casters)?;
         if frame.eye.is_some() {
-            return perspective::prepare(scene, frame, masks);
+            return perspective::prepare(scene, frame, masks, veils);
         }
         let projected = project(scene, frame)?;
         let count = scene.triangles.len();
@@ -167,8 +184,9 @@ impl PreparedTriangles {
         if !masks.entries.is_empty() {
             mask_planes = set_up_masks(scene, &projected, &mut triangles)?;
         }
+        veils.set_up(scene, &projected, &triangles)?;
         let [width, height] = size;
-        Ok(Self { triangles, surfaces, mask_planes, masks, weights: Vec::new(), width, height, tally })
+        Ok(Self { triangles, surfaces, mask_planes, masks, veils, weights: Vec::new(), width, height, tally })
     }
 
     /// Triangles dropped because their area is zero after snapping.

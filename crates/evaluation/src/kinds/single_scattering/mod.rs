@@ -15,7 +15,7 @@ mod records;
 mod run;
 mod settings;
 mod shot;
-mod stability;
+pub(crate) mod stability;
 mod standpoint;
 mod statistics;
 mod timing;

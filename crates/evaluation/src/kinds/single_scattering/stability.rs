@@ -32,7 +32,7 @@ pub(super) struct Tally {
 }
 
 /// What is stored of so many moments in a format.
-pub(super) fn stored(bound: MomentBound, format: NumberFormat) -> TechniqueSpec {
+pub(crate) fn stored(bound: MomentBound, format: NumberFormat) -> TechniqueSpec {
     let transform = match (format, bound) {
         (NumberFormat::F16 | NumberFormat::F32, _) => "identity",
         (_, MomentBound::Hamburger2) => "plain",

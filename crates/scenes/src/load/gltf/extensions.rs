@@ -5,7 +5,7 @@ use crate::error::FileFault;
 use crate::load::warnings::{WarningKind, Warnings};
 
 /// Extensions of geometry, place and alpha that are read.
-const READ: [&str; 13] = [
+const READ: [&str; 14] = [
     "CESIUM_RTC",
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -14,6 +14,7 @@ const READ: [&str; 13] = [
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",

@@ -206,11 +206,19 @@ objects! {
         alpha_cutoff: Option<f64>,
         extensions: Option<MaterialExtensions>,
     }
-    Pbr { base_color_factor: Option<[f64; 4]>, base_color_texture: Option<TextureInfo>, }
+    Pbr {
+        base_color_factor: Option<[f64; 4]>,
+        base_color_texture: Option<TextureInfo>,
+        metallic_factor: Option<f64>,
+        metallic_roughness_texture: Option<TextureInfo>,
+    }
     MaterialExtensions {
         #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]
         specular_glossiness: Option<SpecularGlossiness>,
+        #[serde(rename = "KHR_materials_transmission")]
+        transmission: Option<Transmission>,
     }
+    Transmission { transmission_factor: Option<f64>, transmission_texture: Option<TextureInfo>, }
     SpecularGlossiness { diffuse_factor: Option<[f64; 4]>, diffuse_texture: Option<TextureInfo>, }
     TextureInfo { index: Whole, tex_coord: Option<Whole>, extensions: Option<TextureInfoExtensions>, }
     TextureInfoExtensions {

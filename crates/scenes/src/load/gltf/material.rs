@@ -32,7 +32,7 @@ impl UvMap {
         Ok(Self { rows: [0, 1].map(|k| map.rows[k].map(|c| c * scale[k])), ..map })
     }
 
-    fn unscaled(info: &TextureInfo, at: &str) -> Result<Self, FileFault> {
+    pub(super) fn unscaled(info: &TextureInfo, at: &str) -> Result<Self, FileFault> {
         let transform = info.extensions.as_ref().and_then(|e| e.transform.as_ref());
         let set = info.tex_coord.unwrap_or_default().0;
         let Some(transform) = transform else {
@@ -89,9 +89,9 @@ impl Converted {
 
 /// Materials are converted when a primitive first uses them: textures of the others are never decoded.
 pub(super) struct Materials<'a> {
-    root: &'a Root,
+    pub(super) root: &'a Root,
     buffers: &'a Buffers<'a>,
-    images: Images,
+    pub(super) images: Images,
     /// By glTF material; the last entry is the default material.
     converted: Vec<Option<Converted>>,
     /// By glTF material and the threshold that the vertices' alpha makes of its own.
@@ -173,7 +173,8 @@ impl<'a> Materials<'a> {
         let plain = *self.untextured.entry(number).or_insert(next);
         if plain == next {
             let of = self.scene[number as usize].clone();
-            self.scene.push(Material { factor: of.albedo, texture: None, ..of });
+            let opacity = of.opacity.map(|opacity| Opacity { transmission_texture: None, ..opacity });
+            self.scene.push(Material { factor: of.albedo, texture: None, opacity, ..of });
         }
         plain
     }
@@ -216,7 +217,18 @@ impl<'a> Materials<'a> {
         let factor_alpha = f64::from(factor[3]);
         let mask = cutoff.and_then(|cutoff| alpha_mask(texels.as_deref(), factor_alpha, cutoff));
         self.images.keep_alpha(mask.as_ref().map_or(0, |mask| mask.alpha.len() as u64), &at)?;
-        let opacity = blends.then(|| Opacity { factor: factor[3], texture: texels.clone() });
+        let through = self.transmission(source, (albedo, info), &at, folder, warnings)?;
+        let opacity = (blends || through.is_some()).then(|| {
+            let through = through.unwrap_or_default();
+            uv_map = uv_map.or(through.uv_map);
+            Opacity {
+                factor: if blends { factor[3] } else { 1.0 },
+                texture: texels.clone().filter(|_| blends),
+                transmission: through.shares,
+                transmission_texture: through.texture,
+                tested: !blends,
+            }
+        });
         if let Some(uv_map) = &mut uv_map {
             uv_map.needed = texels.is_some();
         }
@@ -247,19 +259,9 @@ impl<'a> Materials<'a> {
         warnings: &mut Warnings,
     ) -> Result<Option<Base>, FileFault> {
         let texture = entry(&self.root.textures, info.index, "textures")?;
-        let sampler = texture.sampler.and_then(|index| self.root.samplers.get(index.index()));
-        let wrap = [sampler.and_then(|s| s.wrap_s), sampler.and_then(|s| s.wrap_t)].map(wrap_of);
-        let extensions = texture.extensions.as_ref();
-        let of = |source: Option<&super::json::TextureSource>| source.and_then(|source| source.source);
-        let sources = [
-            extensions.and_then(|e| of(e.webp.as_ref())),
-            extensions.and_then(|e| of(e.dds.as_ref())),
-            texture.source,
-            extensions.and_then(|e| of(e.basisu.as_ref())),
-            extensions.and_then(|e| of(e.avif.as_ref())),
-        ];
+        let wrap = wraps(self.root, texture);
         let mut fault = None;
-        for source in sources.into_iter().flatten() {
+        for source in sources(texture).into_iter().flatten() {
             if let Some(reduced) = self.textures.get(&source.0).filter(|_| !alpha) {
                 return Ok(Some(Base { alpha: None, wrap, scale: [1.0; 2], reduced: reduced.clone() }));
             }
@@ -301,7 +303,7 @@ impl<'a> Materials<'a> {
         Ok(Base { alpha, wrap, scale: mirrored.map(|mirrored| if mirrored { 0.5 } else { 1.0 }), reduced })
     }
 
-    fn image(&mut self, index: Whole, folder: &mut Folder) -> Result<RgbaImage, FileFault> {
+    pub(super) fn image(&mut self, index: Whole, folder: &mut Folder) -> Result<RgbaImage, FileFault> {
         let root = self.root;
         let source = entry(&root.images, index, "images")?;
         let at = format!("images[{}]", index.0);
@@ -311,6 +313,25 @@ impl<'a> Materials<'a> {
             (None, None) => Err(FileFault::invalid(at, "has neither bufferView nor uri")),
         }
     }
+}
+
+/// Images of a texture, the first one that is read counts.
+pub(super) fn sources(texture: &super::json::Texture) -> [Option<Whole>; 5] {
+    let extensions = texture.extensions.as_ref();
+    let of = |source: Option<&super::json::TextureSource>| source.and_then(|source| source.source);
+    [
+        extensions.and_then(|e| of(e.webp.as_ref())),
+        extensions.and_then(|e| of(e.dds.as_ref())),
+        texture.source,
+        extensions.and_then(|e| of(e.basisu.as_ref())),
+        extensions.and_then(|e| of(e.avif.as_ref())),
+    ]
+}
+
+/// How a texture goes on beyond its image.
+pub(super) fn wraps(root: &Root, texture: &super::json::Texture) -> [Wrap; 2] {
+    let sampler = texture.sampler.and_then(|index| root.samplers.get(index.index()));
+    [sampler.and_then(|s| s.wrap_s), sampler.and_then(|s| s.wrap_t)].map(wrap_of)
 }
 
 fn base_colour(material: &super::json::Material) -> ([f64; 4], Option<&TextureInfo>) {

@@ -12,6 +12,7 @@ mod material;
 mod node;
 mod pose;
 mod primitive;
+mod transmission;
 
 use std::collections::HashMap;
 

@@ -158,6 +158,11 @@ impl<'a> Source<'a> {
                     let problem = format!("COLOR_0 {original} is {color:?}, not finite");
                     return Err(FileFault::invalid(&self.at, problem));
                 }
+                if !(0.0..=1.0).contains(&color[3]) {
+                    warnings.add(WarningKind::OutOfRange, "COLOR_0", || {
+                        format!("{}: COLOR_0 {original}: alpha {} is moved into [0, 1]", self.at, color[3])
+                    });
+                }
                 mesh.colors.push(color.map(|c| c.clamp(0.0, 1.0) as f32));
             }
         }

@@ -131,7 +131,7 @@ impl Library {
                     map_d: None,
                 });
             } else if let Some(draft) = drafts.last_mut() {
-                draft.read(&s, of(s.line));
+                draft.read(&s, of(s.line), means.warnings);
             }
             Ok(())
         })?;
@@ -155,7 +155,7 @@ fn read_beside(folder: &mut Folder, name: &str, at: &str) -> Result<Vec<u8>, Fil
 }
 
 impl Draft {
-    fn read(&mut self, s: &Statement, at: String) {
+    fn read(&mut self, s: &Statement, at: String, warnings: &mut Warnings) {
         match s.keyword {
             // `Kd spectral` and `Kd xyz` exist on paper only: whatever is no number keeps the default.
             "Kd" => {
@@ -165,22 +165,42 @@ impl Draft {
             }
             "d" => {
                 let halo = s.arguments.strip_prefix("-halo").unwrap_or(s.arguments).trim();
-                if let Some(d) = halo.parse().ok().filter(|d: &f64| d.is_finite()) {
-                    (self.opacity, self.has_d) = (d.clamp(0.0, 1.0), true);
+                match halo.parse::<f64>() {
+                    Ok(d) if d.is_finite() => {
+                        if !(0.0..=1.0).contains(&d) {
+                            self.moved(warnings, &at, s.keyword, &format!("{d} is moved into [0, 1]"));
+                        }
+                        (self.opacity, self.has_d) = (d.clamp(0.0, 1.0), true);
+                    }
+                    _ => {
+                        self.moved(warnings, &at, s.keyword, &format!("{halo:?} is no opacity, and ignored"))
+                    }
                 }
             }
             "Tr" => {
                 // Some programs write 1 for opaque, others for clear; nobody draws what is clear throughout.
-                if let (false, Ok([tr])) = (self.has_d, s.numbers::<1>(1))
-                    && (0.0..1.0).contains(&tr)
-                {
-                    self.opacity = 1.0 - tr;
+                match s.numbers::<1>(1) {
+                    Ok([tr]) if (0.0..=1.0).contains(&tr) => {
+                        if !self.has_d && tr < 1.0 {
+                            self.opacity = 1.0 - tr;
+                        }
+                    }
+                    _ => {
+                        let what = format!("{:?} is no transparency in [0, 1], and ignored", s.arguments);
+                        self.moved(warnings, &at, s.keyword, &what);
+                    }
                 }
             }
             "map_Kd" => self.map_kd = Map::of(s.arguments, at),
             "map_d" | "map_opacity" => self.map_d = Map::of(s.arguments, at),
             _ => {}
         }
+    }
+
+    /// Tells of an opacity that cannot be taken as it is.
+    fn moved(&self, warnings: &mut Warnings, at: &str, keyword: &str, what: &str) {
+        warnings
+            .add(WarningKind::OutOfRange, keyword, || format!("{at}: {keyword} of {:?}: {what}", self.name));
     }
 
     fn finish(self, means: &mut Means) -> Result<Defined, FileFault> {
@@ -225,7 +245,7 @@ impl Draft {
             mask: mask.map(Arc::new),
             factor,
             texture: reduced.map(|reduced| reduced.wrapped(wrap)),
-            opacity: blends.then_some(Opacity { factor: opacity as f32, texture: alpha }),
+            opacity: blends.then(|| Opacity::blended(opacity as f32, alpha)),
             one_sided: false,
         };
         Ok(Defined { material, uv })
