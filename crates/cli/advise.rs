@@ -127,9 +127,10 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         Some(folder) => publish(folder, &pictures)?,
         None => Vec::new(),
     };
-    let shader = advice.hard.recommendation.as_ref().zip(arguments.shader).map(|(choice, language)| {
-        shader::write_advised(choice, language, arguments.candidates.as_deref())
-    });
+    let shader =
+        advice.hard.recommendation.as_ref().zip(arguments.shader).map(|(choice, language)| {
+            shader::write_advised(choice, language, arguments.candidates.as_deref())
+        });
     arguments.output.emit(&advice, |out| {
         text::write(out, &advice, &drawn)?;
         match &shader {

@@ -14,6 +14,7 @@ mod frames;
 mod modules;
 mod pairwise;
 mod scattering;
+mod scattering_faults;
 mod search;
 mod soft_shadow_faults;
 mod soft_shadows;
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
     trials.extend(frames::trials());
     trials.extend(pairwise::trials());
     trials.extend(scattering::trials());
+    trials.extend(scattering_faults::trials());
     trials.extend(soft_shadows::trials());
     trials.push(search::trial());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));

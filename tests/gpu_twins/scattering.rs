@@ -44,7 +44,6 @@ pub fn trials() -> Vec<Trial> {
     trials.push(gpu_trial("scattering::resample".into(), || resample("")));
     trials.push(gpu_trial("scattering::resample_filtered".into(), || resample_filtered("")));
     trials.push(gpu_trial("scattering::march".into(), || march("")));
-    trials.push(gpu_trial("scattering::planted_faults".into(), planted_faults));
     trials
 }
 
@@ -57,7 +56,7 @@ fn moments(bound: &str, transform: &str, format: NumberFormat, alpha: f64) -> Te
     }
 }
 
-fn techniques() -> Vec<(&'static str, TechniqueSpec, Blending)> {
+pub(crate) fn techniques() -> Vec<(&'static str, TechniqueSpec, Blending)> {
     let half = Blending::Fixed(0.5);
     let series = TechniqueSpec {
         coefficients: Some(16),
@@ -198,7 +197,7 @@ fn judge(what: &str, shader: &[f32], single: &[f32], exact: &[f64], jumps: usize
     super::compare(what, &shader, &single, &vec![0.0; single.len()], &[1.0])
 }
 
-fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&str]) -> Result<(), Failed> {
+pub(crate) fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&str]) -> Result<(), Failed> {
     let technique = spec.build()?;
     let stored = StoredPrefixes { technique: &technique, blending, margin: 0.0 };
     let (mut found, mut single, mut exact) = (Vec::new(), Vec::new(), Vec::new());
@@ -252,7 +251,7 @@ fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&str]) -> Res
 }
 
 /// Depths of the rectified map; a shader may fall on the next texel of the shadow map.
-fn resample(fault: &str) -> Result<(), Failed> {
+pub(crate) fn resample(fault: &str) -> Result<(), Failed> {
     /// Texels on the border of the shadow map's, where rounding decides: one in so many.
     const BORDER: usize = 1000;
     for seen in Seen::all()? {
@@ -280,7 +279,7 @@ fn resample(fault: &str) -> Result<(), Failed> {
 }
 
 /// Mean depths of the rectified map that is resampled with a filter. Places on the map and moments are in single precision.
-fn resample_filtered(fault: &str) -> Result<(), Failed> {
+pub(crate) fn resample_filtered(fault: &str) -> Result<(), Failed> {
     /// Mean error, less than a code of 16 bits; of single depths a rounding of the moments is one of the square root of it.
     const MEAN: f64 = 1e-5;
     /// Texels that may err by more than a code of 16 bits, one in so many: where moments are all but those of one depth, or a
@@ -309,17 +308,17 @@ fn resample_filtered(fault: &str) -> Result<(), Failed> {
             (f64::from(found[0] * found[2] + found[1] * found[3]) - d[0] * w[0] - d[1] * w[1]).abs()
         };
         let errors: Vec<f64> = found.iter().zip(&exact.texels).map(error).collect();
-        let off = errors.iter().filter(|error| !(**error <= 1.0 / 65535.0)).count();
+        let off = errors.iter().filter(|error| error.is_nan() || **error > 1.0 / 65535.0).count();
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
         println!("filtered resampling: {off} of {} texels differ, mean error {mean:.2e}", found.len());
-        if off > found.len() / UNDECIDED || !(mean <= MEAN) {
+        if off > found.len() / UNDECIDED || mean.is_nan() || mean > MEAN {
             return Err(format!("{off} of {} depths are off, by {mean:e} on average", found.len()).into());
         }
     }
     Ok(())
 }
 
-fn march(fault: &str) -> Result<(), Failed> {
+pub(crate) fn march(fault: &str) -> Result<(), Failed> {
     let method = Marched { steps: STEPS, jitter: Jitter::Ray, seed: 0 };
     for mut seen in Seen::all()? {
         seen.rays.retain(|ray| ray.length.is_finite());
@@ -363,52 +362,5 @@ fn valid(spec: &TechniqueSpec, blending: Blending) -> Result<(), Failed> {
     }
     Module::new(&resample_shader(SIZE))?;
     Module::new(&march_shader(STEPS))?;
-    Ok(())
-}
-
-/// Sums that are not normalised, a row too far, the other end of the blend, bounds without their guard band, and more.
-fn planted_faults() -> Result<(), Failed> {
-    let (_, spec, _) = techniques().swap_remove(2);
-    for (fault, blending) in [
-        (" / running[CHANNELS]=> / 1.0", Blending::Fixed(0.5)),
-        ("azimuth(ray.x, ray.y)) - 0.5=>azimuth(ray.x, ray.y)) + 0.5", Blending::Fixed(0.5)),
-        ("pair.x + beta * (pair.y - pair.x)=>pair.y + beta * (pair.x - pair.y)", Blending::Fixed(0.25)),
-        ("0.5 + 0.5 * cosine=>0.5 - 0.5 * cosine", Blending::Adaptive),
-        ("no guard band", Blending::Fixed(0.5)),
-        ("view.column_width - 1.0=>view.column_width", Blending::Fixed(0.5)),
-        ("running = totals[thread - 1u]=>running = totals[thread]", Blending::Fixed(0.5)),
-        ("exponential(-exponent)=>1.0", Blending::Fixed(0.5)),
-    ] {
-        if prefiltered(&spec, blending, &[fault]).is_ok() {
-            return Err(format!("the comparison missed `{fault}`").into());
-        }
-    }
-    for fault in [
-        "stored < 1.0=>stored < 0.9",
-        "(upper_angle(r, -z)=>(upper_angle(r, z)",
-        "f32(index % COLUMNS) + 0.5=>f32(index % COLUMNS)",
-    ] {
-        if resample(fault).is_ok() {
-            return Err(format!("resampling: the comparison missed `{fault}`").into());
-        }
-    }
-    for fault in [
-        "- 2.0 * b[0] * variance=>",
-        "first + size.x * size.y=>first + size.x",
-        "let base = floor(place)=>let base = floor(place + 0.5)",
-        "clamp_unit(-roots.x=>clamp_unit(roots.y",
-        "view.scale.x, view.scale.y)=>view.scale.x, view.scale.y) * 2.0",
-    ] {
-        if resample_filtered(fault).is_ok() {
-            return Err(format!("filtered resampling: the comparison missed `{fault}`").into());
-        }
-    }
-    for fault in
-        ["weight = weight * decay=>weight = weight", "t * ray.z <= view.near=>t * ray.z <= view.near + 0.5"]
-    {
-        if march(fault).is_ok() {
-            return Err(format!("marching: the comparison missed `{fault}`").into());
-        }
-    }
     Ok(())
 }

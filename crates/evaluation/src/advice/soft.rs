@@ -14,10 +14,8 @@ use crate::kinds::speed_accuracy::{FrameSetting, SceneView};
 use crate::statistics::Sums;
 use applications::PlacedLight;
 use applications::rays::{Surface, Triangles};
-use applications::soft_shadow::{
-    AreaTruth, BlockerSearch, BlueNoise, Fragment, Penumbra, SoftReceiver, SoftShadow,
-    percentage_closer_blockers,
-};
+use applications::soft_shadow::{AreaTruth, BlockerSearch, BlueNoise, Fragment, Penumbra, SoftReceiver};
+use applications::soft_shadow::{SoftShadow, percentage_closer_blockers};
 use rayon::prelude::*;
 use serde::Serialize;
 use shadow_filtering::{DepthBias, Receiver};
@@ -364,7 +362,7 @@ impl Course for SoftCourse<'_> {
     }
 }
 
-/// Receivers whose errors one task sums up.
+/// Receivers of one task.
 const CHUNK: usize = 64;
 
 /// An arm as it is told; `nothing` is what doing nothing errs by, above 0.

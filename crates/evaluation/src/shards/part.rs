@@ -190,14 +190,14 @@ impl<'t> Part<'t> {
         if pieces != lines.len() {
             return Err(format!("has {} findings, its last line counts {pieces}", lines.len()));
         }
-        if sha256(text[..text.len() - last.len() - 1].as_bytes()) != hash {
+        if sha256(&text.as_bytes()[..text.len() - last.len() - 1]) != hash {
             return Err("is damaged: its lines are not those that were written".to_owned());
         }
         Ok(Self { header, cost: Cost { pieces, seconds, threads }, lines: lines.to_vec() })
     }
 
     /// What was found.
-    pub(super) fn findings<P: Pieces>(&self) -> Result<Vec<(P::Key, P::Finding)>, String> {
+    pub(super) fn findings<P: Pieces>(&self) -> Result<Found<P>, String> {
         let one = |(number, line): (usize, &&str)| {
             let finding = unsealed(line).and_then(read);
             finding.ok_or_else(|| format!("line {}: not a finding", number + 2))
@@ -205,6 +205,9 @@ impl<'t> Part<'t> {
         self.lines.iter().enumerate().map(one).collect()
     }
 }
+
+/// Findings by what they are about.
+type Found<P> = Vec<(<P as Pieces>::Key, <P as Pieces>::Finding)>;
 
 impl Header {
     fn parse(line: &str) -> Option<Self> {

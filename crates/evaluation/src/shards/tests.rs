@@ -84,7 +84,10 @@ fn select(parts: &Path, round: usize) -> Result<usize, String> {
     }
 }
 
-fn merged(parts: &Path, identity: &str) -> Result<Vec<((u16, u32), u64)>, String> {
+/// Findings of the squares.
+type Found = Vec<((u16, u32), u64)>;
+
+fn merged(parts: &Path, identity: &str) -> Result<Found, String> {
     let directories = [parts.to_owned()];
     let task = if parts.as_os_str().is_empty() {
         Task::Whole

@@ -39,10 +39,11 @@ impl QuantizationExperiment {
         let one = |number: usize| {
             if let Some(setting) = self.gain.get(number) {
                 let (record, sample) = gains::optimised(setting, self.scenery.seed);
-                return Ok(Finding::Gain(record, sample));
+                return Ok(Finding::Gain(Box::new((record, sample))));
             }
             let variant = &variants[number - self.gain.len()];
-            of_variant(self, variant, &fragments(variant), &exact).map(Finding::Variant)
+            of_variant(self, variant, &fragments(variant), &exact)
+                .map(|found| Finding::Variant(Box::new(found)))
         };
         let costs: Vec<u64> =
             self.gain.iter().map(|_| 1).chain(variants.iter().map(StoredTechnique::cost)).collect();
@@ -53,11 +54,12 @@ impl QuantizationExperiment {
         let (mut gains, mut samples, mut tables) = (Vec::new(), Vec::new(), Tables::default());
         for finding in found {
             match finding {
-                Finding::Gain(record, sample) => {
+                Finding::Gain(gain) => {
+                    let (record, sample) = *gain;
                     gains.push(record);
                     samples.push(sample);
                 }
-                Finding::Variant(found) => tables.add(found),
+                Finding::Variant(found) => tables.add(*found),
             }
         }
         for published in gains::all_published() {
@@ -100,8 +102,8 @@ impl QuantizationExperiment {
 /// What a piece of the work has found.
 #[derive(Clone, Deserialize, Serialize)]
 enum Finding {
-    Gain(GainRecord, GainSample),
-    Variant(Found),
+    Gain(Box<(GainRecord, GainSample)>),
+    Variant(Box<Found>),
 }
 
 /// A way to store moments, and what it is compared with: every variant brings it, and the tables keep it once.
