@@ -4,7 +4,7 @@
 //! Where Slurm or GNU parallel is not installed its tests are reported as ignored, or fail if `MSM_REQUIRE_SLURM` is 1.
 
 // A panic is how a test or benchmark reports.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 #[cfg(unix)]
 mod scripts;

@@ -186,7 +186,7 @@ fn stacks_are_evaluated_and_those_of_another_version_or_with_nan_are_refused() {
         bytes
     };
     for (i, (bytes, needle)) in [
-        (changed("version", 2u32.to_le_bytes()), "'version' holds 2"),
+        (changed("version", 3u32.to_le_bytes()), "'version' holds 3"),
         (changed("depths", f32::NAN.to_le_bytes()), "'depths' is invalid: holds NaN"),
         (changed("gradients", f32::NAN.to_le_bytes()), "'gradients' is invalid"),
         (b"no archive".to_vec(), "no .npz archive"),

@@ -72,13 +72,13 @@ fn sphere() -> Result<(), Failed> {
             let camera = Camera::new(eye, [0.0; 3], 0.5);
             let frame = Frame::render_from(&scene, &camera, [320, 240])?;
             let visibility = frame.hard_shadow(&stack, &report.frame);
-            for i in 0..frame.triangle.len() {
+            for (i, &visible) in visibility.iter().enumerate() {
                 // Also the normal, but for facets that are seen from within at the outline.
                 let position = frame.position[i].map(f64::from);
                 let arriving = report.frame.arriving(position);
                 let cosine = -(0..3).map(|k| arriving[k] * position[k]).sum::<f64>();
                 if frame.triangle[i] != NO_TRIANGLE && cosine > 0.1 {
-                    assert!(visibility[i] == 1.0, "{}: {position:?} is dark at {cosine:.3}", view.name);
+                    assert!(visible == 1.0, "{}: {position:?} is dark at {cosine:.3}", view.name);
                     lit += 1;
                 }
             }

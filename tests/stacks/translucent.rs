@@ -93,9 +93,10 @@ fn opacity_by_texel() -> Result<(), Failed> {
         let TranslucentStack { stack, triangles } = cpu(&scene, &frame);
         let (mut checked, mut differing) = (0, 0);
         for texel in 0..stack.offsets.len() - 1 {
-            for i in stack.offsets[texel] as usize..stack.offsets[texel + 1] as usize {
+            let own = stack.offsets[texel] as usize..stack.offsets[texel + 1] as usize;
+            for (i, &triangle) in own.clone().zip(&triangles[own]) {
                 let at = [texel as u32 % stack.width, texel as u32 / stack.width];
-                let Some(expected) = expected(&scene, &frame, triangles[i] as usize, at) else { continue };
+                let Some(expected) = expected(&scene, &frame, triangle as usize, at) else { continue };
                 checked += 1;
                 differing += u32::from((f64::from(stack.opacity(i)) - expected).abs() > 1e-4);
             }

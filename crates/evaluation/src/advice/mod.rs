@@ -17,7 +17,8 @@ pub use hard::{Choice, Nothing};
 pub use query::{Answer, Measured};
 pub use scattering::ScatteringChoice;
 pub use shipping::{BiasInView, DEFINITIONS, Definitions, Shipping};
-pub use soft::{NothingSoft, SoftChoice};
+pub use soft::SoftChoice;
+pub use soft_method::NothingSoft;
 pub use together::{Shared, Together};
 
 use crate::error::EvaluationError;

@@ -4,7 +4,7 @@ use super::budget::{Budget, Costs};
 use super::query::Measured;
 use super::race::{Course, FIRST_ROUND, Race, by_view, shuffled};
 use super::shipping::BiasInView;
-use super::soft_method::{SoftCandidate, Texels};
+use super::soft_method::{NothingSoft, SoftCandidate, Texels};
 use super::together::{Member, Shared};
 use crate::error::EvaluationError;
 use crate::fragments::light::{penumbra, placed};
@@ -58,15 +58,6 @@ pub struct SoftChoice {
     pub cost_ms: f64,
     /// The depth bias in each view.
     pub depth_bias: Vec<BiasInView>,
-}
-
-/// Calling everything lit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct NothingSoft {
-    /// What it errs by over the receivers seen: their mean truth.
-    pub l1_error: f64,
-    /// What it errs by at least over all receivers, as certain as the other intervals.
-    pub l1_error_low: f64,
 }
 
 /// Most receivers that are asked: their shadow rays take most of the time.

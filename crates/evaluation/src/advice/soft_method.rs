@@ -11,7 +11,17 @@ use applications::soft_shadow::{
     BlockerSearch, Filter, Penumbra, SoftReceiver, SoftShadow, percentage_closer_soft_shadow,
 };
 use applications::temporal::SampledField;
+use serde::Serialize;
 use shadow_filtering::DepthMap;
+
+/// Calling everything lit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct NothingSoft {
+    /// What it errs by over the receivers seen: their mean truth.
+    pub l1_error: f64,
+    /// What it errs by at least over all receivers, as certain as the other intervals.
+    pub l1_error_low: f64,
+}
 
 /// What percentage-closer soft shadows read around a receiver, full widths in texels of the reference's map.
 pub(super) struct Texels {

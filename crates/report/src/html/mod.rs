@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 const STYLE: &str = include_str!("report.css");
-const SCRIPT: &str = include_str!("report.js");
+const SCRIPT: &str = concat!(include_str!("tables.js"), include_str!("report.js"));
 
 /// The pages of several runs as one, after what they answer and what the papers say.
 ///

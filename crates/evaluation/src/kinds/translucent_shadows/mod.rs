@@ -10,6 +10,7 @@ mod records;
 mod run;
 mod settings;
 mod stability;
+mod timing;
 mod view;
 
 pub use method::{BlendOrder, TranslucentTechnique};

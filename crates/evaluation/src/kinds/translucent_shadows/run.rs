@@ -3,7 +3,7 @@
 use super::records::{TranslucentCost, TranslucentGroup, TranslucentRecord};
 use super::settings::TranslucentShadowsExperiment;
 use super::view::{Sample, View};
-use super::{colour, picture, stability};
+use super::{colour, picture, stability, timing};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::fragments::{LoadedScene, spread};
@@ -70,7 +70,7 @@ impl TranslucentShadowsExperiment {
             scenes.iter().flat_map(|scene| scene.lights.iter().map(move |light| (scene, light))).collect();
         let mut judged: Vec<Judged> = self.technique.iter().map(|_| Judged::default()).collect();
         let (mut view_rows, mut costs) = (Vec::new(), Vec::new());
-        let (mut colours, mut layers) = (Vec::new(), 0.0);
+        let (mut colours, mut layers, mut samples) = (Vec::new(), 0.0, Vec::new());
         let total = views.len() * self.technique.len();
         for (number, &(loaded, light)) in views.iter().enumerate() {
             let view = View::new(self, &plan.kernel, (loaded, light), number)?;
@@ -81,6 +81,7 @@ impl TranslucentShadowsExperiment {
             view_rows.push(view.record(names, &truth));
             if number == 0 {
                 layers = view.drawn();
+                samples = timing::time(&plan, &view)?;
             }
             for (index, judged) in judged.iter_mut().enumerate() {
                 let (outcomes, error) = plan.judge(index, &view, &truth)?;
@@ -114,6 +115,7 @@ impl TranslucentShadowsExperiment {
             RecordedFile::csv("groups.csv", &groups)?,
             RecordedFile::csv("views.csv", &view_rows)?,
             RecordedFile::csv("cost.csv", &costs)?,
+            RecordedFile::csv("samples.csv", &samples)?,
         ]);
         if !colours.is_empty() {
             files.push(RecordedFile::csv("colour.csv", &colours)?);

@@ -10,6 +10,7 @@ use crate::lit_frames::check_zoom;
 use crate::pictures::check_picture;
 use crate::role::{check_names, named};
 use crate::run::Recorded;
+use crate::timing::TimingSetting;
 use applications::BiasSetting;
 use moment_problem::MomentBound;
 use quantization::NumberFormat;
@@ -26,6 +27,8 @@ pub struct TranslucentShadowsExperiment {
     pub bias: BiasSetting,
     /// The methods.
     pub technique: Vec<TranslucentTechnique>,
+    /// What is timed: how often, on the first view.
+    pub timing: TimingSetting,
     /// Coloured light.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<ColourSetting>,

@@ -3,7 +3,7 @@
 use crate::kinds::rows::tables;
 use crate::page::{Measured, Text, percent, player, recorded};
 use evaluation::{
-    BlendingRecord, ColourRecord, TranslucentCost, TranslucentGroup, TranslucentPictureRecord,
+    BlendingRecord, ColourRecord, TimedSample, TranslucentCost, TranslucentGroup, TranslucentPictureRecord,
     TranslucentRecord, TranslucentShadowsExperiment, TranslucentViewRecord, with_role,
 };
 
@@ -14,6 +14,7 @@ tables! {
         groups: TranslucentGroup,
         views: TranslucentViewRecord,
         cost: TranslucentCost,
+        samples: TimedSample,
     }
     some_runs {
         colour: ColourRecord,

@@ -1,7 +1,7 @@
 //! The tables of a `translucent-shadows` run, each with a note on how to read it.
 
 use super::summary::TranslucentTables;
-use crate::kinds::rows::distinct;
+use crate::kinds::rows::{distinct, least_ns};
 use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{BlendingRecord, TranslucentPicture, TranslucentRecord};
 
@@ -188,10 +188,13 @@ fn cost(tables: &TranslucentTables<'_>) -> Vec<Block> {
         .right("bytes a surface drawn", |c| format!("{:.0}", c.bytes_per_layer))
         .right("operations a surface drawn", |c| format!("{:.0}", c.operations_per_layer))
         .right("operations a receiver", |c| format!("{:.0}", c.operations_per_receiver))
+        .right("filter, ns a texel", |c| least_ns(&tables.samples, &c.technique, "filter"))
+        .right("shade, ns a receiver", |c| least_ns(&tables.samples, &c.technique, "shade"))
         .left("in order", |c| if c.ordered { "yes" } else { "no" });
     let layers = tables.cost.first().map_or(0.0, |cost| cost.layers);
     let note = Text::from(format!(
-        "Modelled, no clock takes part. On the first view {layers:.2} surfaces are drawn into a texel on average. Blending reads and \
+        "Bytes and operations are modelled; times are the least of the recorded repetitions on one core and hold drawing, \
+         blending and filtering of the whole map apart from the answers. On the first view {layers:.2} surfaces are drawn into a texel on average. Blending reads and \
          writes a texel; a division, root or elementary function counts as four operations. Methods of samples and layers compare \
          at each tap of the kernel, the others read one filtered texel."
     ));
