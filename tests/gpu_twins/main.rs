@@ -11,8 +11,11 @@ mod adapter;
 mod compute;
 mod fragments;
 mod frames;
+mod languages;
 mod modules;
 mod pairwise;
+#[path = "../programs/mod.rs"]
+mod programs;
 mod scattering;
 mod scattering_faults;
 mod search;
@@ -53,6 +56,7 @@ fn main() -> ExitCode {
         let name = transform.name.replace(' ', "_");
         trials.push(gpu_trial(format!("transform::{name}"), || quantise_and_decode(transform)));
     }
+    trials.extend(languages::trials());
     trials.extend(modules::trials());
     trials.extend(frames::trials());
     trials.extend(pairwise::trials());
