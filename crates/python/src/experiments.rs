@@ -2,11 +2,14 @@
 
 use crate::{failed, input};
 use evaluation::{
-    Advice, AdviceOptions, Backend, Build, EvaluationError, Experiment, RunDirectory, RunOptions, Scale,
+    Advice, AdviceOptions, Backend, Budget, Build, EvaluationError, Experiment, Lighting, RunDirectory,
+    RunOptions, Scale,
 };
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
+use scenes::AreaLight;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 fn fault(error: &EvaluationError) -> PyErr {
     if error.is_input() { input(error) } else { failed(error) }
@@ -19,26 +22,33 @@ pub(crate) fn advise(
     py: Python<'_>,
     scene: &str,
     views: Vec<String>,
-    tolerance: f64,
+    light: Option<String>,
+    tolerance: Option<f64>,
     relative: f64,
     size: Option<u32>,
     seed: Option<u64>,
     candidates: Option<PathBuf>,
     threads: Option<usize>,
 ) -> PyResult<String> {
+    let light = light.map(|text| text.parse::<AreaLight>()).transpose();
+    let light = light.map_err(|error| PyValueError::new_err(format!("light: {error}")))?;
     let progress = |_: usize, _: usize| {};
     let advice = py.detach(|| {
         let options = AdviceOptions {
             scene,
-            views: &views,
+            lighting: Lighting { views, file: None, light },
             tolerance,
             relative,
+            budget: Budget::default(),
             size,
+            kernel: None,
+            medium: None,
             seed,
             candidates: candidates.as_deref(),
+            pictures: false,
             progress: &progress,
         };
-        Advice::seek_on(&options, threads).map_err(|error| fault(&error))
+        Advice::seek_on(&options, threads).map(|(advice, _)| advice).map_err(|error| fault(&error))
     })?;
     serde_json::to_string(&advice).map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
@@ -60,6 +70,7 @@ fn run(text: &str, folder: &Path, threads: Option<usize>) -> Result<String, Eval
         resume: false,
         shard: None,
         merge: &[],
+        patience: Duration::ZERO,
         backend: Backend::default(),
         build: Build {
             version: env!("CARGO_PKG_VERSION").to_owned(),

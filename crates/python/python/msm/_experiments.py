@@ -60,19 +60,25 @@ def read_run(directory: str | os.PathLike[str]) -> dict[str, Any]:
 def advise(
     scene: str | os.PathLike[str],
     *,
-    tolerance: float = 0.02,
+    tolerance: float | None = None,
     relative: float = 0.5,
     views: Sequence[str] = (),
+    light: str | None = None,
     size: int | None = None,
     seed: int | None = None,
     candidates: str | os.PathLike[str] | None = None,
     threads: int | None = None,
 ) -> dict[str, Any]:
-    """The cheapest filterable shadow map that is good enough for a scene: the object that ``msm advise --format json`` prints."""
+    """The cheapest filterable shadow map that is good enough for a scene: the object that ``msm advise --format json`` prints.
+
+    ``views`` are names or directions ``x,y,z``, ``light`` is ``--light`` of the command line (``sun:2``); ``tolerance`` is the
+    largest mean distance from percentage-closer filtering that is accepted, without it what suits the scene.
+    """
     text = _msm.advise(
         os.fspath(scene),
         list(views),
-        float(tolerance),
+        light,
+        None if tolerance is None else float(tolerance),
         float(relative),
         size,
         seed,

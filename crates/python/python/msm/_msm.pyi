@@ -111,7 +111,8 @@ def render_stack(
 def advise(
     scene: str,
     views: list[str],
-    tolerance: float,
+    light: str | None,
+    tolerance: float | None,
     relative: float,
     size: int | None,
     seed: int | None,
