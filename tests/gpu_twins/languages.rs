@@ -145,11 +145,11 @@ fn same(spec: &TechniqueSpec, language: Language, fault: Option<(&str, &str)>) -
         tables[0],
         wgsl.len(),
     );
-    let decoded = |values: &[f32], i: usize| i % each != 0 && !values[i].is_finite();
+    let decoded = |values: &[f32], i: usize| !i.is_multiple_of(each) && !values[i].is_finite();
     if (0..found.len()).any(|i| decoded(&found, i)) {
         return Err(format!("{language:?}: a decoded value is not finite").into());
     }
-    let same_codes = (0..found.len()).filter(|i| i % each != 0).all(|i| {
+    let same_codes = (0..found.len()).filter(|i| !i.is_multiple_of(each)).all(|i| {
         let scale = wgsl[i].abs().max(1.0);
         (wgsl[i] - found[i]).abs() <= CODE_TOLERANCE * scale
     });
