@@ -169,7 +169,7 @@ fn flat_surfaces_are_not_shadowed_by_single_precision() {
 /// Rates by bias, from a third of the default on, in single precision and 16 bits: the table of docs/stability.md. In single
 /// precision no larger bias than the default is needed.
 #[test]
-#[ignore = "ten million kernels a bias take ten minutes; the test above asks a hundred thousand at the default biases"]
+#[ignore = "ten million kernels for each of 57 biases take over an hour on a busy machine; the test above asks a hundred thousand at the default biases"]
 fn rates_by_bias() {
     let count = std::env::var("MSM_SURFACES").map_or(10_000_000, |count| count.parse().unwrap());
     let steps = [1e-7, 2e-7, 3e-7, 5e-7].into_iter();
