@@ -139,6 +139,16 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("sigma = 2.4", "sigma = -2.4", "sigma = -2.4"),
             ],
         ),
+        (
+            "ranking-map",
+            [
+                ("follow = 6", "folow = 6", "unknown field `folow`"),
+                ("order = 4", "order = 9", "order: m = 9 is not between"),
+                ("name = \"128 cells\"", "name = \"512 cells\"", "variation `512 cells` appears twice"),
+                ("cells = 512", "cells = 5", "cells = 5 is not between"),
+                ("scene = \"village\"", "scene = \"vilage\"", "scene `vilage` is none of `scenes`"),
+            ],
+        ),
     ];
     for (name, cases) in cases {
         let folder = directory(&format!("every-{name}"));

@@ -42,6 +42,7 @@ pub use kinds::quantization::{
     BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
     QuantizationExperiment, QuantizationRecord, StoreSetting, StructureName,
 };
+pub use kinds::ranking_map::{ClassRecord, FollowedRecord, RankingMapExperiment, Variation, VariationRecord};
 pub use kinds::search::{
     MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
     SearchSample, SearchTiming, StageRecord,
