@@ -23,7 +23,7 @@ mod timing;
 pub use advice::{
     Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, Definitions, Measured, Nothing,
     NothingSoft, ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice,
-    SoftShadowAdvice, Together,
+    SoftShadowAdvice, Together, TranslucentCasterAdvice, TranslucentChoice,
 };
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
@@ -77,9 +77,9 @@ pub use kinds::temporal_shadows::{
     TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique, TemporalViewRecord,
 };
 pub use kinds::translucent_shadows::{
-    BlendOrder, BlendingRecord, ColourRecord, ColourSetting, TranslucentCost, TranslucentGroup,
-    TranslucentPicture, TranslucentPictureRecord, TranslucentRecord, TranslucentShadowsExperiment,
-    TranslucentStability, TranslucentTechnique, TranslucentViewRecord,
+    BlendOrder, BlendingRecord, ColourRecord, ColourSetting, TranslucentAdvice, TranslucentCost,
+    TranslucentGroup, TranslucentPicture, TranslucentPictureRecord, TranslucentRecord,
+    TranslucentShadowsExperiment, TranslucentStability, TranslucentTechnique, TranslucentViewRecord,
 };
 pub use lit_frames::ScaledLight;
 pub use moment_problem::MomentBound;

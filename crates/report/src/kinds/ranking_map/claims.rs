@@ -6,7 +6,7 @@ use crate::page::{Claim, recorded};
 pub(super) fn claims(tables: &RankingTables<'_>) -> Vec<Claim> {
     [Claim::new(
         "MSM15 3.2",
-        "The ranking is that of scenes with a fixed filter and depth bias, and taken to hold beyond them",
+        "One ranking, of one set of scenes with one filter and one depth bias",
         recorded(transfer(tables)),
     )]
     .into_iter()
