@@ -18,10 +18,10 @@ use crate::kinds::translucent_shadows::{Plan, TranslucentShadowsExperiment, View
 use serde::Serialize;
 use std::path::Path;
 
-/// The experiments whose candidates are raced.
-const SOFT_CANDIDATES: &str = include_str!("../../../../experiments/soft-shadows.toml");
-const SCATTERING_CANDIDATES: &str = include_str!("../../../../experiments/single-scattering.toml");
-const TRANSLUCENT_CANDIDATES: &str = include_str!("../../../../experiments/translucent-shadows.toml");
+/// The experiments whose candidates are raced; links in the crate, so that a package of it holds them.
+const SOFT_CANDIDATES: &str = include_str!("../../candidates/soft-shadows.toml");
+const SCATTERING_CANDIDATES: &str = include_str!("../../candidates/single-scattering.toml");
+const TRANSLUCENT_CANDIDATES: &str = include_str!("../../candidates/translucent-shadows.toml");
 
 /// Receivers of each class and view that are drawn where light passes through something.
 const DRAWN_RECEIVERS: usize = 1 << 14;
