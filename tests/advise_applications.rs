@@ -235,3 +235,19 @@ fn what_is_said_of_translucent_casters_holds_in_the_full_evaluation() {
     let (advice, _) = advise(&["stairs", "--view", "oblique", "--size", "128"], 0);
     assert!(advice["translucent_casters"].is_null(), "{advice}");
 }
+
+#[test]
+fn a_software_driver_is_never_a_graphics_processor() {
+    let (advice, _) = advise(&["stairs", "--view", "oblique", "--size", "64", "--gpu"], 0);
+    let (costs, choice) = (&advice["costs"], &advice["recommendation"]);
+    let adapter = costs["adapter"].as_str().unwrap();
+    match costs["source"].as_str() {
+        Some("modelled") => {
+            assert!(!adapter.is_empty() && costs["unit_ms"].is_null() && choice["cost_is_measured"] == false);
+        }
+        Some("measured") => assert!(!adapter.contains("llvmpipe") && costs["unit_ms"].as_f64() > Some(0.0)),
+        other => panic!("costs are {other:?}"),
+    }
+    let (advice, _) = advise(&["stairs", "--view", "oblique", "--size", "64"], 0);
+    assert_eq!(advice["costs"]["adapter"], "");
+}

@@ -62,6 +62,10 @@ pub(crate) struct Arguments {
     /// albedo and the g of Henyey and Greenstein.
     #[arg(long, value_name = "EXTINCTION[,ALBEDO[,G]]", value_parser = parse_medium, allow_hyphen_values = true)]
     medium: Option<MediumSetting>,
+    /// Time every candidate's frame on this machine's graphics processor, in place of modelled costs of hard shadows; all other
+    /// costs are calibrated by it. Without a graphics processor costs stay modelled, and the answer says so.
+    #[arg(long)]
+    gpu: bool,
     /// Experiment of kind speed-accuracy whose candidates are considered, in place of the built-in ones.
     #[arg(long, value_name = "FILE.toml")]
     candidates: Option<PathBuf>,
@@ -120,6 +124,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         seed: arguments.seed,
         candidates: arguments.candidates.as_deref(),
         medium: arguments.medium,
+        gpu: arguments.gpu,
         pictures: arguments.picture.is_some(),
         progress: &progress,
     };

@@ -1,7 +1,7 @@
 //! The answer of `msm advise` for people.
 
 use super::applications;
-use evaluation::{Advice, Answer, BiasInView, Choice, Measured};
+use evaluation::{Advice, Answer, BiasInView, Choice, CostSource, Measured};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -95,6 +95,7 @@ pub(super) fn write(out: &mut dyn Write, advice: &Advice, drawn: &[PathBuf]) -> 
         out,
         "cost: modelled memory traffic and arithmetic of a frame, VSM in f32 at full size is 1; ms on a card of the bandwidth given"
     )?;
+    costs(out, advice)?;
     raced(out, &advice.hard, "all fragments")?;
     advice.left_out.iter().try_for_each(|what| writeln!(out, "left out: {what}"))?;
     if let Some(choice) = &advice.hard.recommendation {
@@ -205,6 +206,20 @@ pub(super) fn raced<C>(out: &mut dyn Write, answer: &Answer<C>, all: &str) -> io
         answer.candidates,
         100.0 * answer.evaluated_share
     )
+}
+
+/// Where costs come from, where times were asked for.
+fn costs(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
+    let CostSource { source, adapter, measured, unit_ms, model_factor } = &advice.costs;
+    match (unit_ms, model_factor) {
+        (Some(unit), Some([most, all])) => writeln!(
+            out,
+            "costs: {source} on {adapter} for {measured} combinations of technique, format and size, 1 is {unit:.3} ms; the model is \
+             within a factor of {most:.2} of two thirds of them and of {all:.2} of all"
+        ),
+        (_, _) if adapter.is_empty() => Ok(()),
+        (_, _) => writeln!(out, "costs: {source}: {adapter}"),
+    }
 }
 
 /// What has to be built.

@@ -21,8 +21,8 @@ mod statistics;
 mod timing;
 
 pub use advice::{
-    Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, Definitions, Measured, Nothing,
-    NothingSoft, ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice,
+    Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, CostSource, Definitions, Measured,
+    Nothing, NothingSoft, ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice,
     SoftShadowAdvice, Together, TranslucentCasterAdvice, TranslucentChoice,
 };
 pub use applications::BiasSetting;

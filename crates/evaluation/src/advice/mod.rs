@@ -3,6 +3,7 @@
 
 mod applications;
 mod budget;
+mod costs;
 mod hard;
 mod picture;
 mod query;
@@ -16,6 +17,7 @@ mod translucent;
 
 pub use applications::{ScatteringAdvice, SoftShadowAdvice, TranslucentCasterAdvice};
 pub use budget::{BANDWIDTH, Budget};
+pub use costs::CostSource;
 pub use hard::{Choice, Nothing};
 pub use query::{Answer, Measured};
 pub use scattering::ScatteringChoice;
@@ -65,6 +67,8 @@ pub struct AdviceOptions<'a> {
     pub seed: Option<u64>,
     /// An experiment of kind `speed-accuracy` with other candidates.
     pub candidates: Option<&'a Path>,
+    /// Whether frames are timed on this machine's graphics processor, for costs of hard shadows.
+    pub gpu: bool,
     /// Whether pictures are drawn.
     pub pictures: bool,
     /// Candidates decided, of all.
@@ -112,6 +116,8 @@ pub struct Advice {
     pub together: Option<Together>,
     /// Moments and surfaces that the kernels need.
     pub needs: Vec<OrderShare>,
+    /// Where costs of hard shadows come from.
+    pub costs: CostSource,
     /// What words mean.
     pub definitions: Definitions,
 }
@@ -140,6 +146,11 @@ impl Advice {
         let plan = SpeedPlan::new(&experiment)?;
         let loaded = LoadedScene::load_lit(options.scene, &options.lighting)?;
         let views = plan.views_of(std::slice::from_ref(&loaded))?;
+        let (costs, measured) = CostSource::of(options, &plan, &loaded, &views);
+        // Other costs are modelled, and take as long as those of the unit that was measured.
+        let calibrated =
+            AdviceOptions { budget: costs.calibrated(&options.budget, &plan), ..options.clone() };
+        let options = &calibrated;
         let budget = &options.budget;
         let wanted = Wanted {
             tolerance: options.tolerance,
@@ -147,7 +158,7 @@ impl Advice {
             most_accurate: budget.is_limited(),
             shown: SHOWN_FRAGMENTS,
         };
-        let course = HardCourse::new(&plan, &views, budget)?;
+        let course = HardCourse::new((&plan, measured.as_ref()), &views, budget)?;
         let nothing = course.nothing();
         let mut race = Race::new(course);
         let arms = answered(&mut race, &wanted, nothing.l1_error, options.progress)?;
@@ -182,6 +193,7 @@ impl Advice {
             translucent_casters,
             together: together::cheapest(&members, plan.unit_cost(), budget),
             needs: experiment.order_shares(&records),
+            costs,
             definitions: DEFINITIONS,
         };
         Ok((advice, pictures))

@@ -2,10 +2,9 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::keys::{not_empty, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::SceneSettings;
 use crate::kinds::search::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};
-use crate::run::Recorded;
 use applications::BiasSetting;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::KernelSpec;
@@ -115,9 +114,7 @@ impl Settings for RankingMapExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         let (scenes, views) = (&self.scenery.scenes, &self.scenery.views);
@@ -126,10 +123,6 @@ impl Settings for RankingMapExperiment {
                 && variation.view.as_ref().is_none_or(|view| views.contains(view))
         };
         self.variation.retain(is_there);
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 

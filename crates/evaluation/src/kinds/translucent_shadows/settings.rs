@@ -4,12 +4,11 @@ use super::method::TranslucentTechnique;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
 use crate::experiment::keys::{at_least, in_key, not_empty, refuse, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::lit_frames::check_zoom;
 use crate::pictures::check_picture;
 use crate::role::{check_names, named};
-use crate::run::Recorded;
 use crate::timing::TimingSetting;
 use applications::BiasSetting;
 use moment_problem::MomentBound;
@@ -177,9 +176,7 @@ impl Settings for TranslucentShadowsExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         let scene = &self.scenery.scenes[0];
@@ -192,10 +189,6 @@ impl Settings for TranslucentShadowsExperiment {
             picture.scene.clone_from(scene);
             picture.view.clear();
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 
