@@ -1,5 +1,6 @@
 //! `msm advise`: the cheapest shadow maps that are good enough for a scene.
 
+mod applications;
 mod text;
 
 use crate::outcome::{Failure, Output};
@@ -16,7 +17,8 @@ use std::path::PathBuf;
 
 /// Find the cheapest technique, format, bias and map size whose error on a scene is within a tolerance.
 ///
-/// Hard shadows are always answered; soft shadows where a light has some size. Exit code 3 where nothing meets the tolerance.
+/// Hard shadows are always answered; soft shadows where a light has some size, translucent
+/// casters where light passes through something. Exit code 3 where nothing meets the tolerance.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
     /// A procedural scene (stairs, village, grove, hall), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
@@ -60,6 +62,10 @@ pub(crate) struct Arguments {
     /// albedo and the g of Henyey and Greenstein.
     #[arg(long, value_name = "EXTINCTION[,ALBEDO[,G]]", value_parser = parse_medium, allow_hyphen_values = true)]
     medium: Option<MediumSetting>,
+    /// Time every candidate's frame on this machine's graphics processor, in place of modelled costs of hard shadows; all other
+    /// costs are calibrated by it. Without a graphics processor costs stay modelled, and the answer says so.
+    #[arg(long)]
+    gpu: bool,
     /// Experiment of kind speed-accuracy whose candidates are considered, in place of the built-in ones.
     #[arg(long, value_name = "FILE.toml")]
     candidates: Option<PathBuf>,
@@ -118,6 +124,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         seed: arguments.seed,
         candidates: arguments.candidates.as_deref(),
         medium: arguments.medium,
+        gpu: arguments.gpu,
         pictures: arguments.picture.is_some(),
         progress: &progress,
     };
@@ -177,12 +184,16 @@ fn refused(advice: &Advice) -> Result<(), Failure> {
         )));
     }
     if let Some(soft) = &advice.soft_shadows {
-        let name = |choice: &_| (text::soft_name(choice), choice.error);
+        let name = |choice: &_| (applications::soft_name(choice), choice.error);
         met(advice, ("soft shadows", soft.nothing.l1_error), &soft.answer, name)?;
     }
     if let Some(scattering) = &advice.scattering {
-        let name = |choice: &_| (text::scattering_name(choice), choice.error);
+        let name = |choice: &_| (applications::scattering_name(choice), choice.error);
         met(advice, ("single scattering", scattering.nothing), &scattering.answer, name)?;
+    }
+    if let Some(casters) = &advice.translucent_casters {
+        let name = |choice: &_| (applications::translucent_name(choice), choice.error);
+        met(advice, ("translucent casters", casters.nothing), &casters.answer, name)?;
     }
     Ok(())
 }

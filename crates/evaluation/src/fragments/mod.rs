@@ -131,6 +131,16 @@ impl LoadedScene<'_> {
         })
     }
 
+    /// Whether light may pass through some surface.
+    pub(crate) fn may_be_translucent(&self) -> bool {
+        match &self.source {
+            Source::Scene(scene) => {
+                scene.materials.iter().flat_map(|material| &material.opacity).any(|opacity| !opacity.tested)
+            }
+            Source::Stack(stack) => stack.opacities.iter().any(|&opacity| opacity < 1.0),
+        }
+    }
+
     /// Width of the map where the scene is a stack, which has no other size.
     pub(crate) fn own_size(label: &str) -> Result<Option<u32>, EvaluationError> {
         if !is_stack(label) {

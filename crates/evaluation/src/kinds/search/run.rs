@@ -24,7 +24,7 @@ use std::collections::HashMap;
 use std::time::Instant;
 
 /// Steps in 1 of the tables: far below the intervals of errors.
-const STEPS: f64 = 1e7;
+pub(crate) const STEPS: f64 = 1e7;
 
 /// Fragments of a view that predictions are measured on at most.
 const MEASURED_FRAGMENTS: usize = 32_000;

@@ -4,12 +4,11 @@ use super::animation::TemporalAnimation;
 use super::method::{MethodChoice, TemporalTechnique};
 use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, TruthSetting};
 use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Stage, Window, check_zoom};
 use crate::pictures::{check_camera, check_picture};
 use crate::role::{check_names, named};
-use crate::run::Recorded;
 use crate::timing::TimingSetting;
 use scenes::{CameraPath, Movement};
 use serde::{Deserialize, Serialize};
@@ -209,9 +208,7 @@ impl Settings for TemporalShadowsExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         // Every scene has a lamp, and views were cleared with the scenes.
@@ -225,10 +222,6 @@ impl Settings for TemporalShadowsExperiment {
             animation.scene.clone_from(scene);
             animation.view.clear();
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 
