@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use super::adapter::gpu_trial;
 use super::compute::{self, Resource};
+use super::scattering::{faulty, judge};
 use applications::PlacedLight;
 use applications::rays::Triangles;
 use applications::samples::{HALTON_START, PoissonTaps, TapShape, halton};
@@ -179,8 +180,8 @@ fn shadows<R: Real + Send + Sync>(method: &TemporalMethod, frames: &[Seen]) -> V
 
 /// The same by shaders.
 fn shaded(method: &TemporalMethod, frames: &[Seen], fault: &str) -> Result<Vec<f32>, Failed> {
-    let update = faulty(update_shader(method).ok_or("no shader")?, fault);
-    let smooth = faulty(smooth_shader(method, &taps()).ok_or("no shader")?, fault);
+    let update = faulty(update_shader(method).ok_or("no shader")?, &[fault]);
+    let smooth = faulty(smooth_shader(method, &taps()).ok_or("no shader")?, &[fault]);
     let screen = screen_uniform(&SCREEN, SIZE);
     let pixels = (SIZE[0] * SIZE[1]) as usize;
     let bytes = 4 * pixels * buffer_words(method).ok_or("no buffer")?;
@@ -218,14 +219,6 @@ fn shaded(method: &TemporalMethod, frames: &[Seen], fault: &str) -> Result<Vec<f
     Ok(all)
 }
 
-/// With or without `FROM=>TO`.
-fn faulty(source: String, fault: &str) -> String {
-    match fault.split_once("=>") {
-        Some((from, to)) => source.replacen(from, to, 1),
-        None => source,
-    }
-}
-
 fn twins(method: &TemporalMethod, scenes: usize, fault: &str) -> Result<(), Failed> {
     let (mut found, mut single, mut exact) = (Vec::new(), Vec::new(), Vec::new());
     for frames in &frames()[..scenes] {
@@ -234,18 +227,7 @@ fn twins(method: &TemporalMethod, scenes: usize, fault: &str) -> Result<(), Fail
         exact.extend(shadows::<f64>(method, frames));
     }
     let what = format!("buffer in {}, {} pixels", method.format, found.len());
-    if let Some(i) = found.iter().position(|value| !value.is_finite()) {
-        return Err(format!("{what}: value {i} of the shader is {}", found[i]).into());
-    }
-    let errors = |values: &[f32]| {
-        let error = |(value, exact): (&f32, &f64)| (f64::from(*value) - exact).abs() as f32;
-        let mut errors: Vec<f32> = values.iter().zip(&exact).map(error).collect();
-        errors.sort_by(f32::total_cmp);
-        errors.truncate(errors.len() - errors.len() / JUMPS);
-        errors
-    };
-    let (shader, single) = (errors(&found), errors(&single));
-    super::compare(&what, &shader, &single, &vec![0.0; single.len()], &[1.0])
+    judge(&what, &found, &single, &exact, found.len() / JUMPS)
 }
 
 /// Every module is valid without an adapter.

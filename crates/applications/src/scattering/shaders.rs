@@ -2,7 +2,7 @@
 //! the uniform is [`scattering_uniform`].
 
 use moment_problem::wgsl::ELEMENTARY;
-use shaders::{count, unroll};
+use shaders::{constant, count, unroll};
 use shadow_filtering::{Precision, Technique};
 
 use super::{Blending, FilteredDepths, Rectification, SingleScattering, StoredPrefixes};
@@ -75,8 +75,8 @@ pub fn resample_filtered_shader<P: Precision>(depths: &FilteredDepths<'_, P>, si
     joined(&(of_size(size) + &counts + &ends), &[ELEMENTARY, RECTIFIED, &dequantise, RESAMPLE_FILTERED])
 }
 
-/// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats and
-/// margins that it does not know.
+/// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats that
+/// it does not know.
 pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
     let technique = stored.technique;
     let [quantise, _] = technique.transform_wgsl();
@@ -122,7 +122,9 @@ fn of_size([columns, rows]: [usize; 2]) -> String {
     count("COLUMNS", columns) + &count("ROWS", rows)
 }
 
-/// `encode` and the bound.
+/// `encode`, the bound, and how depths are stored.
 fn functions(stored: &StoredPrefixes<'_>) -> Option<String> {
-    (stored.margin == 0.0).then(|| stored.technique.real_time()?.shader())?
+    let margin = constant("MARGIN", stored.margin) + &constant("STORED_SPAN", 1.0 - 2.0 * stored.margin);
+    let stored_depth = "fn stored_depth(depth: f32) -> f32 {\n    return MARGIN + STORED_SPAN * depth;\n}\n";
+    Some(stored.technique.real_time()?.shader()? + &margin + stored_depth)
 }

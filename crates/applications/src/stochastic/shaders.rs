@@ -1,7 +1,7 @@
 //! WGSL twins of everything after the rays, as compute passes in the order in which they run: rays are encoded once; then each
 //! plane is merged, widened, split into levels, gathered, and stored; then fragments are shaded.
 //!
-//! Bindings stand in the modules, all in group 0; a name means the same buffer in all of them. [`buffers`] has the sizes of those
+//! Bindings stand in the modules, all in group 0; a name means the same buffer in all of them. [`FilterShaders::buffers`] has the sizes of those
 //! that passes write; others are the rays ([`LensMap::for_shader`]), the `fragments`, the `plane_distances`, and the uniform
 //! `plane` ([`plane_uniform`]), which changes from plane to plane.
 
@@ -11,7 +11,7 @@ use shadow_filtering::Technique;
 
 use super::edges::{GAUSSIAN, turn};
 use super::layout::{Layout, LevelPlace};
-use super::{Footprint, LensMap, PlaneFilter, SampleCentre};
+use super::{Footprint, LensMap, PlaneFilter, SampleCentre, TILE};
 use crate::packed_values;
 use crate::samples::PoissonTaps;
 
@@ -208,7 +208,7 @@ impl FilterShaders<'_> {
         layout: &Layout,
     ) -> String {
         let filter = self.filter;
-        let span = 16 + 2 * filter.gather_radius;
+        let span = TILE + 2 * filter.gather_radius;
         // A texel has weight, radius, offset and values.
         let strip = (WORKGROUP_FLOATS / (span * (4 + self.technique.channels()))).clamp(1, 8);
         of_level(level)

@@ -6,7 +6,7 @@ use super::run::Lighting;
 use super::settings::TemporalShadowsExperiment;
 use crate::error::EvaluationError;
 use crate::lit_frames::Stage;
-use crate::pictures::{PICTURE_GAP, png, side_by_side};
+use crate::pictures::{PICTURE_GAP, side_by_side, small_png};
 use crate::run_directory::RecordedFile;
 use image::{DynamicImage, RgbaImage, imageops};
 use serde::{Deserialize, Serialize};
@@ -107,6 +107,6 @@ impl<'a> Reel<'a> {
             imageops::replace(&mut all, frame, 0, i64::from(height) * i as i64);
         }
         let name = format!("{}.png", self.setting.id);
-        png(name, DynamicImage::from(all).to_rgb8().into()).map(Some)
+        small_png(name, &DynamicImage::from(all).to_rgb8().into()).map(Some)
     }
 }
