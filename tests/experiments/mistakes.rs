@@ -108,7 +108,6 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
         (
             "temporal-shadows",
             [
-                ("seed = 1", "sede = 1", "unknown field `sede`"),
                 ("frames = 256", "frames = 1", "frames = 1 is not between 2 and 65536"),
                 (
                     "most_tests = 512.0",
@@ -117,6 +116,7 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ),
                 ("overscan = 0.05", "overscan = -1.0", "overscan = -1 "),
                 ("scale = 0.25", "scale = 0.0", "scale = 0 "),
+                ("every = 2", "every = 0", "every = 0 does not leave 1 to 64 frames"),
             ],
         ),
         (

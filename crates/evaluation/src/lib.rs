@@ -73,8 +73,9 @@ pub use kinds::stochastic_shadows::{
     StochasticViewRecord,
 };
 pub use kinds::temporal_shadows::{
-    CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, TemporalPicture,
-    TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique, TemporalViewRecord,
+    CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, TemporalAnimation,
+    TemporalPicture, TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique,
+    TemporalViewRecord,
 };
 pub use kinds::translucent_shadows::{
     BlendOrder, BlendingRecord, ColourRecord, ColourSetting, TranslucentAdvice, TranslucentCost,

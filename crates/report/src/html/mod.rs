@@ -1,6 +1,7 @@
 //! One self-contained page about several runs: no network, no build step, works from disk.
 
 mod blocks;
+mod film;
 
 use crate::comparison;
 use crate::drawing::escaped;
@@ -12,8 +13,8 @@ use evaluation::Provenance;
 use std::fmt::Write as _;
 use std::path::Path;
 
-const STYLE: &str = include_str!("report.css");
-const SCRIPT: &str = concat!(include_str!("tables.js"), include_str!("report.js"));
+const STYLE: &str = concat!(include_str!("report.css"), include_str!("film.css"));
+const SCRIPT: &str = concat!(include_str!("tables.js"), include_str!("report.js"), include_str!("film.js"));
 
 /// The pages of several runs as one, after what they answer and what the papers say.
 ///

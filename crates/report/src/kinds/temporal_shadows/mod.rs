@@ -15,5 +15,6 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let tables = summary::TemporalTables::read(reported.run, reported.settings()?)?;
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
-    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
+    let explorers = figures::films(&tables);
+    Ok(Content { answer: tables.answer(), claims, body, explorers, ..Content::default() })
 }
