@@ -1,5 +1,6 @@
 //! Parts of a page as HTML.
 
+use super::compact::compact;
 use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::page::{Block, Drawing, Explorer, PictureColumns, RecordedPicture, Span, Table, Text, json};
@@ -77,7 +78,7 @@ pub(crate) fn folded(of: &Table, heading: &str) -> String {
 /// In a box that scrolls: wide tables must not widen the page.
 pub(crate) fn table(table: &Table) -> String {
     let side = |i: usize| match table.columns.get(i) {
-        Some(column) if column.right => " style=\"text-align: right\"",
+        Some(column) if column.right => " class=r",
         _ => "",
     };
     let mut html = "<div class=\"table\" tabindex=\"0\"><table><thead><tr>".to_owned();
@@ -89,9 +90,10 @@ pub(crate) fn table(table: &Table) -> String {
     for row in &table.rows {
         html += "<tr>";
         for (i, cell) in row.iter().enumerate() {
-            let _ = write!(html, "<td{}>{}</td>", side(i), inline(cell));
+            // A cell ends where the next one begins, as HTML has it: thousands of end tags say nothing.
+            let _ = write!(html, "<td{}>{}", side(i), inline(cell));
         }
-        html += "</tr>\n";
+        html.push('\n');
     }
     html + "</tbody></table></div>\n"
 }
@@ -139,7 +141,7 @@ fn data(run: &RunDirectory, picture: &RecordedPicture) -> Result<String, ReportE
 }
 
 fn svg(drawing: &Drawing) -> String {
-    let svg = &drawing.svg[drawing.svg.find("<svg").unwrap_or_default()..];
+    let svg = compact(&drawing.svg[drawing.svg.find("<svg").unwrap_or_default()..]);
     let label = escaped(&drawing.title);
     svg.replacen("<svg", &format!("<svg role=\"img\" aria-label=\"{label}\""), 1)
 }
