@@ -25,7 +25,9 @@ pub(crate) fn block(run: &RunDirectory, block: &Block) -> Result<String, ReportE
         Block::Table(of) => table(of),
         Block::Drawing(drawing) => framed(&svg(drawing), &drawing.title),
         Block::Picture(picture) => {
-            let label = escaped(&picture.title);
+            // The caption has the title: who cannot see the picture is told what stands in it.
+            let techniques = picture.columns.techniques.join(", ");
+            let label = escaped(&format!("side by side: the truth, {techniques}"));
             let image = format!("<img alt=\"{label}\" src=\"{}\">", data(run, picture)?);
             framed(&image, &picture.title) + &comparer(&picture.columns, &[])
         }
@@ -75,6 +77,11 @@ pub(crate) fn folded(of: &Table, heading: &str) -> String {
     )
 }
 
+/// A figure behind its title.
+pub(crate) fn folded_figure(figure: &str, title: &str) -> String {
+    format!("<details><summary>{}</summary>\n{figure}</details>\n", escaped(title))
+}
+
 /// In a box that scrolls: wide tables must not widen the page.
 pub(crate) fn table(table: &Table) -> String {
     let side = |i: usize| match table.columns.get(i) {
@@ -100,13 +107,8 @@ pub(crate) fn table(table: &Table) -> String {
 
 pub(crate) fn explorer(run: &RunDirectory, explorer: &Explorer) -> Result<String, ReportError> {
     Ok(match explorer {
-        Explorer::Chart { class, data, without_script } => {
-            let note = without_script.map(|note| format!("<noscript>{note}</noscript>\n"));
-            format!(
-                "<div class=\"{class}\" data-{class}=\"{}\"></div>\n{}",
-                escaped(data),
-                note.unwrap_or_default()
-            )
+        Explorer::Chart { class, data } => {
+            format!("<div class=\"{class}\" data-{class}=\"{}\"></div>\n", escaped(data))
         }
         Explorer::Pictures(columns, pictures) => {
             let source = |picture: &RecordedPicture| {

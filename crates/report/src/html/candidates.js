@@ -132,7 +132,7 @@ const candidates = (holder, { functions, marks, sizes }) => {
     height: 260,
     scales: { x: { time: false, range: () => [0, drawn.end] }, y: { range: () => [0, 1.25 * drawn.most] } },
     axes: [
-      { label: "mean |G - F| (further left is better)", values: (u, all, axis, space, step) => all.map((x) => `${(100 * x).toFixed(Math.max(0, -Math.floor(Math.log10(100 * step) + 1e-9)))} %`) },
+      { label: "mean |G - F| (further left is better)", values: percents },
       { label: "candidates", size: 60 },
     ],
     series: () => {

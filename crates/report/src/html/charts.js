@@ -3,6 +3,11 @@ const style = (name) => getComputedStyle(document.documentElement).getPropertyVa
 const redrawn = [];
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redrawn.forEach((draw) => draw()));
 const FONT = "12px system-ui, sans-serif";
+// Ticks in percent with the digits that their distance needs.
+const percents = (u, all, axis, space, step) => {
+  const digits = [0, 1, 2, 3].find((digits) => Math.abs(100 * step * 10 ** digits - Math.round(100 * step * 10 ** digits)) < 1e-6) ?? 4;
+  return all.map((value) => `${(100 * value).toFixed(digits)} %`);
+};
 
 // One stop for the tabulator; arrow keys go through `points()`, each { x, y, text }, and the nearest is told under the pointer.
 // `chosen` is what `after`, which draws on the canvas, has to stress.
@@ -27,7 +32,7 @@ const chart = ({ holder, label, height, scales, axes, series, data, points, afte
     });
     plot = new uPlot({
       width: holder.clientWidth || 320, height, scales, axes: axes.map(axis), series: series(), legend: { show: false },
-      cursor: { show: false }, padding: [8, 8, 0, 0],
+      cursor: { show: false }, padding: [8, 18, 0, 0],
       hooks: { draw: [(u) => { u.ctx.save(); after(u, chosen); u.ctx.restore(); }] },
     }, data(), holder);
     plot.over.addEventListener("pointermove", (event) => {
@@ -81,12 +86,38 @@ const mark = (u, [x, y], shape, colour, hatched, large) => {
   if (large) { ctx.strokeStyle = style("--fore"); ctx.lineWidth = 2 * uPlot.pxRatio; ctx.stroke(path); }
 };
 
+// Names beside their places, where they cover neither a mark nor another name.
+const names = (u, all, marks) => {
+  const { ctx } = u;
+  const ratio = uPlot.pxRatio;
+  ctx.font = `${11 * ratio}px system-ui, sans-serif`;
+  ctx.fillStyle = style("--fore");
+  ctx.textBaseline = "middle";
+  ctx.textAlign = "left";
+  const taken = marks.map(([x, y]) => [x - 5 * ratio, y - 5 * ratio, x + 5 * ratio, y + 5 * ratio]);
+  const { left, top, width, height } = u.bbox;
+  for (const [name, x, y] of all) {
+    const w = ctx.measureText(name).width;
+    const h = 6.5 * ratio;
+    const places = [[8, -10], [8, 10], [8, 0], [8, -20], [8, 20], [8, -34]].flatMap(([dx, dy]) => [[x + dx * ratio, y + dy * ratio], [x - dx * ratio - w, y + dy * ratio]]);
+    const free = ([a, b]) => a > left && a + w < left + width && b - h > top && b + h < top + height
+      && !taken.some((box) => a < box[2] && a + w > box[0] && b - h < box[3] && b + h > box[1]);
+    const place = places.find(free);
+    if (!place) continue;
+    taken.push([place[0], place[1] - h, place[0] + w, place[1] + h]);
+    ctx.fillText(name, ...place);
+  }
+};
+
 // Error against cost in every application.
 for (const holder of document.querySelectorAll(".tradeoffs")) {
   const applications = JSON.parse(holder.dataset.tradeoffs);
   const every = applications.flatMap((of) => of.techniques);
-  const filters = document.createElement("div");
+  const filters = document.createElement("details");
   filters.className = "filters";
+  // A phone's screen is for the answers.
+  filters.open = window.innerWidth > 768;
+  filters.append(Object.assign(document.createElement("summary"), { textContent: "Filters" }));
   holder.before(filters);
   const updates = [];
   const boxes = (title, values, word) => {
@@ -159,8 +190,8 @@ for (const holder of document.querySelectorAll(".tradeoffs")) {
       height: 280,
       scales: { x: { time: false, distr: 3, range: [low, high] }, y: { range: [0, top] } },
       axes: [
-        { label: cost, splits: () => ticks, filter: (u, all) => all, values: (u, all) => all.map((tick) => `${tick}`) },
-        { label: "error", size: 52, values: (u, all, axis, space, step) => all.map((y) => percent(y, Math.max(0, -Math.floor(Math.log10(100 * step) + 1e-9)))) },
+        { label: cost.split(";")[0], splits: () => ticks, filter: (u, all) => all, values: (u, all) => all.map((tick) => `${tick}`) },
+        { label: "error", size: 52, values: percents },
       ],
       series: () => [{}, { stroke: style("--fore"), width: 1.5, spanGaps: true, points: { show: false }, paths: uPlot.paths.stepped({ align: 1 }) }],
       data: () => {
@@ -176,6 +207,8 @@ for (const holder of document.querySelectorAll(".tradeoffs")) {
           u.ctx.globalAlpha = p === chosen || on.has(p) || !p.competes ? 1 : 0.4;
           mark(u, at(p), p.shape, style(FAMILIES[p.family]), p.breaks > UNSTABLE, p === chosen);
         }
+        u.ctx.globalAlpha = 1;
+        names(u, [...on].map((p) => [p.name, ...at(p)]), shown().map(at));
       },
     });
     updates.push(() => { figure.hidden = !shownApplications.has(application); if (!figure.hidden) redraw(); });

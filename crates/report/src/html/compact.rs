@@ -43,7 +43,8 @@ fn push_short(out: &mut String, line: &str) {
     }
     if line.starts_with("<text") {
         // Black is the colour of texts; the page has its own in the dark.
-        line = line.replace(" fill=\"#000000\"", "").replace("00000000000001\"", "\"").replace(".0\"", "\"");
+        // The drawing library's sizes are whole ones, but for rounding.
+        line = line.replace(" fill=\"#000000\"", "").replace(".00000000000001\"", "\"");
     }
     *out += &line;
     let is_text = !line.starts_with('<') || (line.starts_with("<text") && !line.ends_with("</text>"));

@@ -11,7 +11,7 @@ use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::kinds;
 use crate::page::{Block, Page, Table, Text, code};
-use blocks::{block, explorer, folded, inline, table};
+use blocks::{block, explorer, folded, folded_figure, inline, table};
 use evaluation::Provenance;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -50,6 +50,7 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
         let mut heading = String::new();
         // A part within a part that is not there is a part itself: no level is skipped.
         let mut has_parts = false;
+        let mut drawn = 0;
         for part in page.content.body.iter().chain(&page.origin()) {
             if let Block::Heading(level, text) = part {
                 heading.clone_from(text);
@@ -58,11 +59,15 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
             sections += &match part {
                 Block::Heading(_, text) if !has_parts => block(&page.run, &Block::heading(2, text))?,
                 Block::Table(of) if of.rows.len() > FOLDED_ROWS => folded(of, &heading),
+                Block::Drawing(drawing) => {
+                    drawn += 1;
+                    let figure = block(&page.run, part)?;
+                    if drawn > OPEN_FIGURES { folded_figure(&figure, &drawing.title) } else { figure }
+                }
                 Block::Heading(..)
                 | Block::Paragraph(_)
                 | Block::Commands(_)
                 | Block::Table(_)
-                | Block::Drawing(_)
                 | Block::Picture(_) => block(&page.run, part)?,
             };
         }
@@ -88,6 +93,9 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
          <script>\n\"use strict\";\n{shared}{SCRIPT}</script>\n</body>\n</html>\n"
     ))
 }
+
+/// Further drawings of an experiment are folded.
+const OPEN_FIGURES: usize = 2;
 
 /// Tables of more rows are folded.
 const FOLDED_ROWS: usize = 8;

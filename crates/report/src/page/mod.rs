@@ -86,8 +86,8 @@ pub(crate) struct PictureColumns {
 
 /// An element of the HTML page that a script brings to life.
 pub(crate) enum Explorer {
-    /// The class that the script knows it by, its data as JSON, and what is said without a script.
-    Chart { class: &'static str, data: String, without_script: Option<&'static str> },
+    /// The class that the script knows it by, and its data as JSON.
+    Chart { class: &'static str, data: String },
     /// Pictures with equal columns, one shown at a time.
     Pictures(PictureColumns, Vec<RecordedPicture>),
 }

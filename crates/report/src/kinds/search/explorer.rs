@@ -137,7 +137,7 @@ pub(super) fn candidates(tables: &SearchTables<'_>) -> Result<Option<Explorer>, 
     let sizes = sizes.into_iter().map(encode).collect();
     let marks = tables.landmarks().into_iter().map(|mark| (mark.name, mark.error)).collect();
     let data = json(&Candidates { functions, marks, sizes });
-    Ok(Some(Explorer::Chart { class: "candidates", data, without_script: None }))
+    Ok(Some(Explorer::Chart { class: "candidates", data }))
 }
 
 #[cfg(test)]

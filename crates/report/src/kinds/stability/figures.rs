@@ -46,8 +46,8 @@ pub(crate) fn draw(tables: &StabilityTables<'_>) -> Result<Vec<Drawing>, ReportE
 /// Side of a heat map, room for its labels.
 const MAP: u32 = 92;
 const BELOW: u32 = 38;
-const LEFT: u32 = 164;
-const BETWEEN: u32 = 56;
+const LEFT: u32 = 184;
+const BETWEEN: u32 = 68;
 const ABOVE: u32 = 62;
 
 fn atlas(
@@ -168,7 +168,7 @@ fn axes(root: &Area<'_>, (x, y): (i32, i32), spans: (Span, Span), knobs: [&str; 
     text(knobs[0].to_owned(), x + size / 2, y + size + 15, HPos::Center, VPos::Top, false)?;
     text(number(spans.1.from), x - 2, y + size - 4, HPos::Right, VPos::Center, false)?;
     text(number(spans.1.to), x - 2, y + 4, HPos::Right, VPos::Center, false)?;
-    text(knobs[1].to_owned(), x - 18, y + size / 2, HPos::Center, VPos::Center, true)?;
+    text(knobs[1].to_owned(), x - 38, y + size / 2, HPos::Center, VPos::Center, true)?;
     Ok(())
 }
 

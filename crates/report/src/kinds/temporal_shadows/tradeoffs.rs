@@ -18,7 +18,8 @@ pub(super) fn tradeoffs(tables: &TemporalTables<'_>) -> Option<Tradeoffs> {
             cost: least_time(&tables.samples, &technique.name, "frame")?,
             error: row.l1_error,
             margin: 2.0 * row.standard_error,
-            competes: true,
+            // Shadow rays in place of maps are no method for a frame.
+            competes: technique.role.as_deref() != Some("sampling by rays"),
             stored: None,
             breaks: None,
         })
