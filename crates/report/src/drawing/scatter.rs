@@ -66,7 +66,7 @@ pub(crate) fn log_ticks(from: f64, to: f64) -> Vec<f64> {
     } else if decades > 0.9 {
         &[1.0, 2.0, 5.0]
     } else {
-        &[1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]
+        &[1.0, 1.5, 2.0, 3.0, 5.0, 7.0]
     };
     let exponents = from.log10().floor() as i32..=to.log10().ceil() as i32;
     let ticks = exponents.flat_map(|e| leading.iter().map(move |leading| leading * 10f64.powi(e)));

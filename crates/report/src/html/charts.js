@@ -172,7 +172,7 @@ for (const holder of document.querySelectorAll(".tradeoffs")) {
     const ticks = [];
     for (let e = Math.floor(Math.log10(low)); e <= Math.log10(high); e++) {
       const decades = Math.log10(high / low);
-      for (const k of decades > 2.5 ? [1] : decades > 0.9 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 7]) {
+      for (const k of decades > 2.5 ? [1] : decades > 0.9 ? [1, 2, 5] : [1, 1.5, 2, 3, 5, 7]) {
         const tick = Number((k * 10 ** e).toPrecision(2));
         if (tick >= low && tick <= high) ticks.push(tick);
       }
