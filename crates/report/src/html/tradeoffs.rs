@@ -64,9 +64,9 @@ pub(super) fn figure(applications: &[Tradeoffs]) -> Result<String, ReportError> 
         let svg = &svg[svg.find("<svg").unwrap_or_default()..];
         let label = escaped(&format!("error against {}, {}", of.cost, of.application));
         // Writing to a string cannot fail.
-        let _ = write!(
+        let _ = writeln!(
             panels,
-            "<figure class=\"figure\"><figcaption>{}</figcaption>{}</figure>\n",
+            "<figure class=\"figure\"><figcaption>{}</figcaption>{}</figure>",
             escaped(&title),
             svg.replacen("<svg", &format!("<svg role=\"img\" aria-label=\"{label}\""), 1)
         );
