@@ -187,3 +187,67 @@ fn impossible_lights_media_and_kernels_are_told_on_one_line() {
         assert!(message.contains(named) && message.lines().count() == 1, "{arguments:?}: {message}");
     }
 }
+
+/// Kind `translucent-shadows` with one technique at one bias, on all receivers of a small map.
+fn translucent_experiment(directory: &Path, choice: &Value) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("experiments/translucent-shadows.toml");
+    let mut table: toml::Table = toml::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    for key in ["scale", "advice", "colour", "stability", "picture"] {
+        table.remove(key);
+    }
+    let named = |technique: &toml::Value| technique["name"].as_str() == choice["technique"].as_str();
+    table["technique"].as_array_mut().unwrap().retain(named);
+    let (texels, slopes) = (&choice["bias_texels"], &choice["bias_slopes"]);
+    let more = format!(
+        "scenes = [\"smoke\"]\nviews = [\"oblique\"]\nsize = 128\nfragments = 0\ntiming = {{ repetitions = 1 }}\n\
+         bias = {{ reference = {{ texels = 1.0 }}, technique = {{ texels = {texels}, slopes = {slopes} }} }}\n"
+    );
+    table.extend(toml::from_str::<toml::Table>(&more).unwrap());
+    let path = directory.join("translucent.toml");
+    std::fs::write(&path, table.to_string()).unwrap();
+    path.to_string_lossy().into_owned()
+}
+
+#[test]
+fn what_is_said_of_translucent_casters_holds_in_the_full_evaluation() {
+    let directory = tempfile::tempdir().unwrap();
+    let (advice, _) = advise(&["smoke", "--view", "oblique", "--size", "128"], 0);
+    let casters = &advice["translucent_casters"];
+    let choice = &casters["recommendation"];
+    let number = |value: &Value| value.as_f64().unwrap();
+    let (low, high) = (number(&choice["l1_error_low"]), number(&choice["l1_error_high"]));
+    assert!(high <= number(&casters["tolerance"]) && high < number(&casters["nothing"]), "{casters}");
+    assert_eq!(number(&casters["drawn"]), number(&casters["surfaces"]) + number(&casters["inside"]));
+    assert_eq!(advice["together"]["members"].as_array().unwrap().len(), 2);
+
+    let file = translucent_experiment(directory.path(), choice);
+    let run = msm(&["run", &file, "--out", directory.path().to_str().unwrap(), "--format", "json"]);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let run: Value = serde_json::from_slice(&run.stdout).unwrap();
+    let records = Path::new(run["directory"].as_str().unwrap()).join("records.csv");
+    let mut rows = csv::Reader::from_path(records).unwrap();
+    let rows: Vec<HashMap<String, String>> = rows.deserialize().map(Result::unwrap).collect();
+    let all = rows.iter().find(|row| row["scene"] == "smoke" && row["class"] == "all").unwrap();
+    let error: f64 = all["l1_error"].parse().unwrap();
+    // Records are rounded to 1e-9, sums of the race are added in single precision.
+    assert!((low - 1e-6..=high + 1e-6).contains(&error), "{error} is not within {low} to {high}");
+
+    let (advice, _) = advise(&["stairs", "--view", "oblique", "--size", "128"], 0);
+    assert!(advice["translucent_casters"].is_null(), "{advice}");
+}
+
+#[test]
+fn a_software_driver_is_never_a_graphics_processor() {
+    let (advice, _) = advise(&["stairs", "--view", "oblique", "--size", "64", "--gpu"], 0);
+    let (costs, choice) = (&advice["costs"], &advice["recommendation"]);
+    let adapter = costs["adapter"].as_str().unwrap();
+    match costs["source"].as_str() {
+        Some("modelled") => {
+            assert!(!adapter.is_empty() && costs["unit_ms"].is_null() && choice["cost_is_measured"] == false);
+        }
+        Some("measured") => assert!(!adapter.contains("llvmpipe") && costs["unit_ms"].as_f64() > Some(0.0)),
+        other => panic!("costs are {other:?}"),
+    }
+    let (advice, _) = advise(&["stairs", "--view", "oblique", "--size", "64"], 0);
+    assert_eq!(advice["costs"]["adapter"], "");
+}

@@ -1,5 +1,6 @@
 //! `msm advise`: the cheapest shadow maps that are good enough for a scene.
 
+mod applications;
 mod text;
 
 use crate::outcome::{Failure, Output};
@@ -12,14 +13,16 @@ use evaluation::{
     RecordedFile,
 };
 use scenes::AreaLight;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Find the cheapest technique, format, bias and map size whose error on a scene is within a tolerance.
 ///
-/// Hard shadows are always answered; soft shadows where a light has some size. Exit code 3 where nothing meets the tolerance.
+/// Hard shadows are always answered; soft shadows where a light has some size, translucent
+/// casters where light passes through something. Exit code 3 where nothing meets the tolerance.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// A procedural scene (stairs, village, grove, hall), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
+    /// A procedural scene (stairs, village, grove, hall, smoke, glasshouse), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
+    #[arg(value_parser = crate::scene_name())]
     scene: String,
     /// Largest mean error that is accepted, between 0 and 1. Without it 1.25 times what the most accurate technique reaches,
     /// one step of an 8-bit display at least.
@@ -60,6 +63,10 @@ pub(crate) struct Arguments {
     /// albedo and the g of Henyey and Greenstein.
     #[arg(long, value_name = "EXTINCTION[,ALBEDO[,G]]", value_parser = parse_medium, allow_hyphen_values = true)]
     medium: Option<MediumSetting>,
+    /// Time every candidate's frame on this machine's graphics processor, in place of modelled costs of hard shadows; all other
+    /// costs are calibrated by it. Without a graphics processor costs stay modelled, and the answer says so.
+    #[arg(long)]
+    gpu: bool,
     /// Experiment of kind speed-accuracy whose candidates are considered, in place of the built-in ones.
     #[arg(long, value_name = "FILE.toml")]
     candidates: Option<PathBuf>,
@@ -97,6 +104,15 @@ fn parse_medium(text: &str) -> Result<MediumSetting, String> {
 
 /// Races, then says what was found.
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let folders = [
+        ("--picture", arguments.picture.as_deref()),
+        ("--shader", arguments.shader.map(|_| Path::new(shader::DEFAULT_FOLDER))),
+    ];
+    for (option, folder) in folders {
+        if let Some(folder) = folder.filter(|folder| folder.exists() && !folder.is_dir()) {
+            return Err(Failure::Input(anyhow!("{option}: {} is no folder", folder.display())));
+        }
+    }
     let bar = Bar::new("candidates");
     let progress = |done: usize, all: usize| bar.set(done, all);
     let options = AdviceOptions {
@@ -118,6 +134,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         seed: arguments.seed,
         candidates: arguments.candidates.as_deref(),
         medium: arguments.medium,
+        gpu: arguments.gpu,
         pictures: arguments.picture.is_some(),
         progress: &progress,
     };
@@ -143,7 +160,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Writes the pictures, all or none; their paths.
-fn publish(folder: &std::path::Path, pictures: &[RecordedFile]) -> Result<Vec<PathBuf>, Failure> {
+fn publish(folder: &Path, pictures: &[RecordedFile]) -> Result<Vec<PathBuf>, Failure> {
     if pictures.is_empty() {
         return Ok(Vec::new());
     }
@@ -177,12 +194,16 @@ fn refused(advice: &Advice) -> Result<(), Failure> {
         )));
     }
     if let Some(soft) = &advice.soft_shadows {
-        let name = |choice: &_| (text::soft_name(choice), choice.error);
+        let name = |choice: &_| (applications::soft_name(choice), choice.error);
         met(advice, ("soft shadows", soft.nothing.l1_error), &soft.answer, name)?;
     }
     if let Some(scattering) = &advice.scattering {
-        let name = |choice: &_| (text::scattering_name(choice), choice.error);
+        let name = |choice: &_| (applications::scattering_name(choice), choice.error);
         met(advice, ("single scattering", scattering.nothing), &scattering.answer, name)?;
+    }
+    if let Some(casters) = &advice.translucent_casters {
+        let name = |choice: &_| (applications::translucent_name(choice), choice.error);
+        met(advice, ("translucent casters", casters.nothing), &casters.answer, name)?;
     }
     Ok(())
 }

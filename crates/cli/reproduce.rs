@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value = "brief")]
     scale: ScaleName,
     /// Scene in place of the procedural ones: a procedural name, a .glb, .gltf or .obj file, or a stack; repeatable.
-    #[arg(long = "scene", value_name = "FILE")]
+    #[arg(long = "scene", value_name = "FILE", value_parser = crate::scene_name())]
     scenes: Vec<String>,
     /// Where the experiments are; without this `experiments` if it is there, else those that msm brings along.
     #[arg(long, value_name = "DIR")]
@@ -52,7 +52,7 @@ struct Reproduced {
 }
 
 /// Seconds of each experiment at scale brief, measured once on two cores, for what is left to wait; others count as a minute.
-const SECONDS: [(&str, f64); 13] = [
+const SECONDS: [(&str, f64); 14] = [
     ("bounds", 3.0),
     ("depth-bias", 7.0),
     ("lp-agreement", 5.0),
@@ -61,6 +61,7 @@ const SECONDS: [(&str, f64); 13] = [
     ("quantization", 97.0),
     ("stability", 43.0),
     ("candidate-search", 14.0),
+    ("ranking-map", 30.0),
     ("soft-shadows", 36.0),
     ("single-scattering", 24.0),
     ("temporal-shadows", 50.0),

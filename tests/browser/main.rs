@@ -7,6 +7,8 @@
 // A panic is how a test or benchmark reports.
 #![allow(clippy::unwrap_used)]
 
+mod film;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
@@ -31,6 +33,7 @@ fn main() -> ExitCode {
         trial("the_report_works_in_a_browser", report_works),
         trial("a_fault_in_the_script_is_found", fault_is_found),
         trial("phones_need_no_sideways_scrolling", phones),
+        trial("frames_play", film::frames_play),
     ];
     libtest_mimic::run(&arguments, trials).exit_code()
 }
@@ -84,11 +87,22 @@ fn page(folder: &Path) -> Result<String, Failed> {
 
 /// What the added script saw, in a window of this width.
 fn seen(program: &Path, folder: &Path, page: &str, width: u32) -> Result<Value, Failed> {
+    driven(program, folder, page, ACTIONS, &[&format!("--window-size={width},900")])
+}
+
+/// What a script saw in a browser that was started in some way.
+fn driven(
+    program: &Path,
+    folder: &Path,
+    page: &str,
+    actions: &str,
+    started: &[&str],
+) -> Result<Value, Failed> {
     // Errors of the page's own script must be heard, so listening begins before it.
     let listening = "<script>window.complaints = [];\
         window.addEventListener('error', (event) => window.complaints.push(event.message));</script>";
     let page = page.replacen("<style>", &format!("{listening}<style>"), 1);
-    let page = page.replacen("</body>", &format!("<script>{ACTIONS}</script></body>"), 1);
+    let page = page.replacen("</body>", &format!("<script>{actions}</script></body>"), 1);
     let file = folder.join("driven.html");
     std::fs::write(&file, page)?;
     let printed = folder.join("dom.html");
@@ -96,7 +110,7 @@ fn seen(program: &Path, folder: &Path, page: &str, width: u32) -> Result<Value, 
         .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"])
         .args(["--virtual-time-budget=5000", "--dump-dom"])
         .arg(format!("--user-data-dir={}", folder.join("profile").display()))
-        .arg(format!("--window-size={width},900"))
+        .args(started)
         .arg(format!("file://{}", file.display()))
         .stdout(std::fs::File::create(&printed)?)
         .stderr(Stdio::null())

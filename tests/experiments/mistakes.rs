@@ -34,7 +34,7 @@ type Mistake = (&'static str, &'static str, &'static str);
 /// An unknown key, a value that makes no sense and one of another type, for every kind.
 #[test]
 fn mistakes_in_every_kind_name_line_key_and_value() {
-    let cases: [(&str, [Mistake; 5]); 10] = [
+    let cases: [(&str, [Mistake; 5]); 11] = [
         (
             "bounds",
             [
@@ -108,7 +108,6 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
         (
             "temporal-shadows",
             [
-                ("seed = 1", "sede = 1", "unknown field `sede`"),
                 ("frames = 256", "frames = 1", "frames = 1 is not between 2 and 65536"),
                 (
                     "most_tests = 512.0",
@@ -117,6 +116,7 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ),
                 ("overscan = 0.05", "overscan = -1.0", "overscan = -1 "),
                 ("scale = 0.25", "scale = 0.0", "scale = 0 "),
+                ("every = 2", "every = 0", "every = 0 does not leave 1 to 64 frames"),
             ],
         ),
         (
@@ -137,6 +137,16 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("fourier = 16", "fourier = 2", "fourier = 2 is not between"),
                 ("stochastic = 8", "stochastic = 0", "stochastic = 0 is not between"),
                 ("sigma = 2.4", "sigma = -2.4", "sigma = -2.4"),
+            ],
+        ),
+        (
+            "ranking-map",
+            [
+                ("follow = 6", "folow = 6", "unknown field `folow`"),
+                ("order = 4", "order = 9", "order: m = 9 is not between"),
+                ("name = \"128 cells\"", "name = \"512 cells\"", "variation `512 cells` appears twice"),
+                ("cells = 512", "cells = 5", "cells = 5 is not between"),
+                ("scene = \"village\"", "scene = \"vilage\"", "scene `vilage` is none of `scenes`"),
             ],
         ),
     ];

@@ -21,6 +21,8 @@ mod scattering_faults;
 mod search;
 mod soft_shadow_faults;
 mod soft_shadows;
+mod stochastic;
+mod temporal;
 
 use std::process::ExitCode;
 
@@ -63,6 +65,8 @@ fn main() -> ExitCode {
     trials.extend(scattering::trials());
     trials.extend(scattering_faults::trials());
     trials.extend(soft_shadows::trials());
+    trials.extend(stochastic::trials());
+    trials.extend(temporal::trials());
     trials.push(search::trial());
     trials.push(gpu_trial("planted_faults".into(), planted_faults));
     libtest_mimic::run(&arguments, trials).exit_code()

@@ -31,6 +31,9 @@ const RAYS: usize = 4000;
 /// Rays that are left out on both sides: where they end on the border of a row, a column or a texel, any rounding decides.
 const JUMPS: usize = 40;
 
+/// From where to where sines and cosines store depths.
+const MARGIN: f64 = 0.05;
+
 /// Samples of marched rays.
 const STEPS: usize = 32;
 
@@ -87,6 +90,11 @@ pub(crate) fn techniques() -> Vec<(&'static str, TechniqueSpec, Blending)> {
         ("trigonometric", moments("trigonometric4", "plain", NumberFormat::Unorm16, 2e-3), half),
         ("convolution", series, Blending::Fixed(0.0)),
     ]
+}
+
+/// Sines and cosines take depth 0 for depth 1.
+fn margin(spec: &TechniqueSpec) -> f64 {
+    if spec.bound.is_some_and(|bound| bound.as_str() == "trigonometric4") { MARGIN } else { 0.0 }
 }
 
 /// A scene's shadow map with what a camera sees of the light; the camera inside, outside and looking into the light.
@@ -175,14 +183,21 @@ impl Seen {
 }
 
 /// With or without `FROM=>TO`.
-fn faulty(source: String, faults: &[&str]) -> String {
+pub(crate) fn faulty(source: String, faults: &[&str]) -> String {
     faults.iter().fold(source, |source, fault| match fault.split_once("=>") {
         Some((from, to)) if source.contains(from) => source.replacen(from, to, 1),
         Some(_) | None => source,
     })
 }
 
-fn judge(what: &str, shader: &[f32], single: &[f32], exact: &[f64], jumps: usize) -> Result<(), Failed> {
+/// The shader's errors against those of Rust in single precision, without the worst of both, whose number is `jumps`.
+pub(crate) fn judge(
+    what: &str,
+    shader: &[f32],
+    single: &[f32],
+    exact: &[f64],
+    jumps: usize,
+) -> Result<(), Failed> {
     if let Some(i) = shader.iter().position(|value| !value.is_finite()) {
         return Err(format!("{what}: value {i} of the shader is {}", shader[i]).into());
     }
@@ -199,7 +214,7 @@ fn judge(what: &str, shader: &[f32], single: &[f32], exact: &[f64], jumps: usize
 
 pub(crate) fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&str]) -> Result<(), Failed> {
     let technique = spec.build()?;
-    let stored = StoredPrefixes { technique: &technique, blending, margin: 0.0 };
+    let stored = StoredPrefixes { technique: &technique, blending, margin: margin(spec) };
     let (mut found, mut single, mut exact) = (Vec::new(), Vec::new(), Vec::new());
     for seen in Seen::all()? {
         let view = seen.view()?;
@@ -356,7 +371,7 @@ pub(crate) fn march(fault: &str) -> Result<(), Failed> {
 /// Every module is valid without an adapter.
 fn valid(spec: &TechniqueSpec, blending: Blending) -> Result<(), Failed> {
     let technique = spec.build()?;
-    let stored = StoredPrefixes { technique: &technique, blending, margin: 0.0 };
+    let stored = StoredPrefixes { technique: &technique, blending, margin: margin(spec) };
     for source in [prefix_map_shader(&stored, SIZE), look_up_shader(&stored, SIZE)] {
         Module::new(&source.ok_or("no shader")?)?;
     }

@@ -26,6 +26,12 @@ fn planted_faults() -> Result<(), Failed> {
             return Err(format!("the comparison missed `{fault}`").into());
         }
     }
+    let (_, of_sines, blending) = techniques().swap_remove(7);
+    for fault in ["return MARGIN + STORED_SPAN * depth=>return depth"] {
+        if prefiltered(&of_sines, blending, &[fault]).is_ok() {
+            return Err(format!("the comparison missed `{fault}`").into());
+        }
+    }
     for fault in [
         "stored < 1.0=>stored < 0.9",
         "(upper_angle(r, -z)=>(upper_angle(r, z)",

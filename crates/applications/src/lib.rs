@@ -27,6 +27,7 @@ mod application;
 mod area_light;
 pub mod field;
 mod hard_shadow;
+mod packed_values;
 pub mod rays;
 pub mod region;
 pub mod samples;

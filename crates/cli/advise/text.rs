@@ -1,9 +1,7 @@
 //! The answer of `msm advise` for people.
 
-use evaluation::{
-    Advice, Answer, BiasInView, Choice, Measured, MediumSetting, ScatteringAdvice, ScatteringChoice,
-    SoftChoice, SoftShadowAdvice, Together,
-};
+use super::applications;
+use evaluation::{Advice, Answer, BiasInView, Choice, CostSource, Measured};
 use std::io::{self, Write};
 use std::path::PathBuf;
 
@@ -32,7 +30,7 @@ pub(super) fn interval(error: &Measured) -> String {
     )
 }
 
-fn blend(beta: f64, leak_reduction: f64) -> String {
+pub(super) fn blend(beta: f64, leak_reduction: f64) -> String {
     let mut blend = String::new();
     if beta > 0.0 {
         blend += &format!(", beta {beta}");
@@ -54,33 +52,6 @@ fn name(choice: &Choice) -> String {
         blend(choice.beta, choice.leak_reduction),
         size = choice.size,
         kernel = choice.kernel_size,
-    )
-}
-
-pub(super) fn soft_name(choice: &SoftChoice) -> String {
-    let storage = if choice.storage.is_empty() { String::new() } else { format!(" ({})", choice.storage) };
-    let alpha = choice.alpha.map(|alpha| format!(", alpha {alpha:e}")).unwrap_or_default();
-    format!(
-        "{}, {}{storage}{alpha}, {size}x{size}, bias {} texels + {} slopes, {:.0} texels read, region {:.1}",
-        choice.technique,
-        choice.format,
-        choice.bias_texels,
-        choice.bias_slopes,
-        choice.samples,
-        choice.region,
-        size = choice.size,
-    )
-}
-
-pub(super) fn scattering_name(choice: &ScatteringChoice) -> String {
-    let alpha = choice.alpha.map(|alpha| format!(", alpha {alpha:e}")).unwrap_or_default();
-    let [columns, rows] = choice.map;
-    format!(
-        "{}, {}{alpha}{}, {columns}x{rows} from a shadow map of {size}x{size}",
-        choice.technique,
-        choice.format,
-        blend(choice.beta, 0.0),
-        size = choice.size,
     )
 }
 
@@ -124,20 +95,24 @@ pub(super) fn write(out: &mut dyn Write, advice: &Advice, drawn: &[PathBuf]) -> 
         out,
         "cost: modelled memory traffic and arithmetic of a frame, VSM in f32 at full size is 1; ms on a card of the bandwidth given"
     )?;
+    costs(out, advice)?;
     raced(out, &advice.hard, "all fragments")?;
     advice.left_out.iter().try_for_each(|what| writeln!(out, "left out: {what}"))?;
     if let Some(choice) = &advice.hard.recommendation {
         implementation(out, advice, choice)?;
     }
     match &advice.soft_shadows {
-        Some(soft) => soft_shadows(out, soft)?,
+        Some(soft) => applications::soft_shadows(out, soft)?,
         None => writeln!(out, "\nsoft shadows: no light has an extent; --light sun:0.53 asks for the sun's")?,
     }
     if let Some(scattering) = &advice.scattering {
-        self::scattering(out, scattering)?;
+        applications::scattering(out, scattering)?;
+    }
+    if let Some(casters) = &advice.translucent_casters {
+        applications::translucent_casters(out, casters)?;
     }
     if let Some(together) = &advice.together {
-        self::together(out, together)?;
+        applications::together(out, together)?;
     }
     if !drawn.is_empty() {
         writeln!(out)?;
@@ -146,16 +121,16 @@ pub(super) fn write(out: &mut dyn Write, advice: &Advice, drawn: &[PathBuf]) -> 
     needs(out, advice)
 }
 
-fn tolerance<C>(answer: &Answer<C>) -> String {
+pub(super) fn tolerance<C>(answer: &Answer<C>) -> String {
     let given = if answer.tolerance_is_given { "" } else { " (1.25 times what the best reaches)" };
     format!("tolerance {}{given}", fraction(answer.tolerance))
 }
 
-fn heading(out: &mut dyn Write) -> io::Result<()> {
+pub(super) fn heading(out: &mut dyn Write) -> io::Result<()> {
     writeln!(out, "                 error   interval           relative    cost        ms       map")
 }
 
-fn nothing(out: &mut dyn Write, error: f64) -> io::Result<()> {
+pub(super) fn nothing(out: &mut dyn Write, error: f64) -> io::Result<()> {
     let error = fraction(error);
     writeln!(
         out,
@@ -163,9 +138,9 @@ fn nothing(out: &mut dyn Write, error: f64) -> io::Result<()> {
     )
 }
 
-type Row = (Measured, f64, f64, u64, String);
+pub(super) type Row = (Measured, f64, f64, u64, String);
 
-fn rows<C>(out: &mut dyn Write, answer: &Answer<C>, row: impl Fn(&C) -> Row) -> io::Result<()> {
+pub(super) fn rows<C>(out: &mut dyn Write, answer: &Answer<C>, row: impl Fn(&C) -> Row) -> io::Result<()> {
     let mut line = |title: &str, choice: &C| {
         let (error, cost, milliseconds, bytes, name) = row(choice);
         writeln!(
@@ -191,7 +166,8 @@ fn rows<C>(out: &mut dyn Write, answer: &Answer<C>, row: impl Fn(&C) -> Row) -> 
         }
     }
     for choice in &answer.near_ties {
-        line("near tie", choice)?;
+        let is_within = row(choice).0.l1_error_high <= answer.tolerance;
+        line(if is_within { "near tie" } else { "near, beyond" }, choice)?;
     }
     for choice in &answer.undecided {
         line("undecided", choice)?;
@@ -199,7 +175,11 @@ fn rows<C>(out: &mut dyn Write, answer: &Answer<C>, row: impl Fn(&C) -> Row) -> 
     missing.iter().try_for_each(|line| writeln!(out, "{line}"))
 }
 
-fn notes<C>(out: &mut dyn Write, answer: &Answer<C>, error: impl Fn(&C) -> Measured) -> io::Result<()> {
+pub(super) fn notes<C>(
+    out: &mut dyn Write,
+    answer: &Answer<C>,
+    error: impl Fn(&C) -> Measured,
+) -> io::Result<()> {
     if let (Some(used), Some(better)) = (&answer.recommendation, &answer.next_better)
         && error(better).l1_error_high >= error(used).l1_error_low
     {
@@ -211,7 +191,8 @@ fn notes<C>(out: &mut dyn Write, answer: &Answer<C>, error: impl Fn(&C) -> Measu
     if !answer.near_ties.is_empty() {
         writeln!(
             out,
-            "near tie: errors within a tenth and modelled costs within a quarter of the recommended one; measure on your card"
+            "near tie: errors within a tenth and costs within a quarter of the recommended one, some beyond the tolerance; measure on your \
+             card"
         )?;
     }
     if !answer.undecided.is_empty() {
@@ -220,13 +201,27 @@ fn notes<C>(out: &mut dyn Write, answer: &Answer<C>, error: impl Fn(&C) -> Measu
     Ok(())
 }
 
-fn raced<C>(out: &mut dyn Write, answer: &Answer<C>, all: &str) -> io::Result<()> {
+pub(super) fn raced<C>(out: &mut dyn Write, answer: &Answer<C>, all: &str) -> io::Result<()> {
     writeln!(
         out,
         "raced {} combinations with {:.1} % of the work of evaluating all on {all}",
         answer.candidates,
         100.0 * answer.evaluated_share
     )
+}
+
+/// Where costs come from, where times were asked for.
+fn costs(out: &mut dyn Write, advice: &Advice) -> io::Result<()> {
+    let CostSource { source, adapter, measured, unit_ms, model_factor } = &advice.costs;
+    match (unit_ms, model_factor) {
+        (Some(unit), Some([most, all])) => writeln!(
+            out,
+            "costs: {source} on {adapter} for {measured} combinations of technique, format and size, 1 is {unit:.3} ms; the model is \
+             within a factor of {most:.2} of two thirds of them and of {all:.2} of all"
+        ),
+        (_, _) if adapter.is_empty() => Ok(()),
+        (_, _) => writeln!(out, "costs: {source}: {adapter}"),
+    }
 }
 
 /// What has to be built.
@@ -281,7 +276,11 @@ fn list(values: &[f64]) -> String {
     values.iter().map(|value| format!("{value:.6}")).collect::<Vec<_>>().join(", ")
 }
 
-fn depth_bias(out: &mut dyn Write, (texels, slopes): (f64, f64), views: &[BiasInView]) -> io::Result<()> {
+pub(super) fn depth_bias(
+    out: &mut dyn Write,
+    (texels, slopes): (f64, f64),
+    views: &[BiasInView],
+) -> io::Result<()> {
     writeln!(out, "  depth bias     {texels} texels + {slopes} slopes")?;
     for bias in views {
         let world = match (bias.world, bias.texel_side) {
@@ -293,71 +292,6 @@ fn depth_bias(out: &mut dyn Write, (texels, slopes): (f64, f64), views: &[BiasIn
         writeln!(out, "                 {}: {:.3e} of the depth range{world}", bias.view, bias.depth)?;
     }
     Ok(())
-}
-
-fn soft_shadows(out: &mut dyn Write, soft: &SoftShadowAdvice) -> io::Result<()> {
-    writeln!(
-        out,
-        "\nsoft shadows: {}; {} receivers, {}; the truth by shadow rays, standard error {}",
-        soft.views.join("; "),
-        soft.fragments,
-        tolerance(&soft.answer),
-        fraction(soft.truth_standard_error)
-    )?;
-    writeln!(out)?;
-    heading(out)?;
-    nothing(out, soft.nothing.l1_error)?;
-    let row = |choice: &SoftChoice| {
-        (choice.error, choice.cost, choice.cost_ms, choice.map_bytes, soft_name(choice))
-    };
-    rows(out, &soft.answer, row)?;
-    writeln!(out)?;
-    notes(out, &soft.answer, |choice| choice.error)?;
-    raced(out, &soft.answer, "all receivers")?;
-    if let Some(choice) = &soft.answer.recommendation {
-        depth_bias(out, (choice.bias_texels, choice.bias_slopes), &choice.depth_bias)?;
-    }
-    Ok(())
-}
-
-fn scattering(out: &mut dyn Write, scattering: &ScatteringAdvice) -> io::Result<()> {
-    let MediumSetting { extinction, albedo, anisotropy } = scattering.medium;
-    writeln!(
-        out,
-        "\nsingle scattering: extinction {extinction} over half the diagonal, albedo {albedo}, g {anisotropy}; {} view rays of {} \
-         cameras, {}; the truth from the whole shadow map",
-        scattering.rays,
-        scattering.views.len(),
-        tolerance(&scattering.answer)
-    )?;
-    writeln!(out)?;
-    heading(out)?;
-    nothing(out, scattering.nothing)?;
-    let row = |choice: &ScatteringChoice| {
-        (choice.error, choice.cost, choice.cost_ms, choice.map_bytes, scattering_name(choice))
-    };
-    rows(out, &scattering.answer, row)?;
-    writeln!(out)?;
-    notes(out, &scattering.answer, |choice| choice.error)?;
-    raced(out, &scattering.answer, "all view rays")
-}
-
-fn together(out: &mut dyn Write, together: &Together) -> io::Result<()> {
-    let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
-    writeln!(
-        out,
-        "\ntogether: cost {:.3} ({:.3} ms) and {:.2} MiB, with what is shared counted once; {:.3} and {:.2} MiB apart",
-        together.cost,
-        together.cost_ms,
-        mebibytes(together.bytes),
-        together.cost_apart,
-        mebibytes(together.bytes_apart)
-    )?;
-    together.members.iter().try_for_each(|member| writeln!(out, "  {member}"))?;
-    together
-        .shared
-        .iter()
-        .try_for_each(|shared| writeln!(out, "  shared: {}, {:.2} MiB", shared.name, mebibytes(shared.bytes)))
 }
 
 /// Shares over all views, each view counting alike.

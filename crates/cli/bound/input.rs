@@ -38,20 +38,10 @@ impl Input {
     /// Whose fault an error is.
     pub(crate) fn failure(&self, error: MomentError) -> Failure {
         let known = matches!(self, Self::Atoms(_));
-        match error {
-            MomentError::Uncertified { .. } | MomentError::Solver { .. } => Failure::Failed(error.into()),
-            // A distribution that exists has moments; not recognising them is a fault of the method.
-            MomentError::Infeasible { .. } | MomentError::NotPositiveDefinite { .. } if known => {
-                Failure::Failed(error.into())
-            }
-            MomentError::Infeasible { .. }
-            | MomentError::NotPositiveDefinite { .. }
-            | MomentError::Length { .. }
-            | MomentError::NotFinite { .. }
-            | MomentError::OutsideInterval { .. }
-            | MomentError::Unsupported(_)
-            | MomentError::Basis(_)
-            | MomentError::Distribution(_) => Failure::Input(error.into()),
+        if error.is_failure() || (known && error.denies_moments()) {
+            Failure::Failed(error.into())
+        } else {
+            Failure::Input(error.into())
         }
     }
 }

@@ -21,9 +21,9 @@ mod statistics;
 mod timing;
 
 pub use advice::{
-    Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, Definitions, Measured, Nothing,
-    NothingSoft, ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice,
-    SoftShadowAdvice, Together,
+    Advice, AdviceOptions, Answer, BANDWIDTH, BiasInView, Budget, Choice, CostSource, Definitions, Measured,
+    Nothing, NothingSoft, ReferenceSetting, ScatteringAdvice, ScatteringChoice, Shared, Shipping, SoftChoice,
+    SoftShadowAdvice, Together, TranslucentCasterAdvice, TranslucentChoice,
 };
 pub use applications::BiasSetting;
 pub use error::EvaluationError;
@@ -42,6 +42,7 @@ pub use kinds::quantization::{
     BiasRecord, BiasTarget, CodeRecord, ComparisonRecord, GainRecord, GainSample, GainSetting, HullRecord,
     QuantizationExperiment, QuantizationRecord, StoreSetting, StructureName,
 };
+pub use kinds::ranking_map::{ClassRecord, FollowedRecord, RankingMapExperiment, Variation, VariationRecord};
 pub use kinds::search::{
     MarkRecord, SearchAgreement, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
     SearchSample, SearchTiming, StageRecord,
@@ -72,13 +73,14 @@ pub use kinds::stochastic_shadows::{
     StochasticViewRecord,
 };
 pub use kinds::temporal_shadows::{
-    CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, TemporalPicture,
-    TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique, TemporalViewRecord,
+    CountRecord, CountingSetting, GatherSetting, MethodChoice, PathSetting, TemporalAnimation,
+    TemporalPicture, TemporalPictureRecord, TemporalRecord, TemporalShadowsExperiment, TemporalTechnique,
+    TemporalViewRecord,
 };
 pub use kinds::translucent_shadows::{
-    BlendOrder, BlendingRecord, ColourRecord, ColourSetting, TranslucentCost, TranslucentGroup,
-    TranslucentPicture, TranslucentPictureRecord, TranslucentRecord, TranslucentShadowsExperiment,
-    TranslucentStability, TranslucentTechnique, TranslucentViewRecord,
+    BlendOrder, BlendingRecord, ColourRecord, ColourSetting, TranslucentAdvice, TranslucentCost,
+    TranslucentGroup, TranslucentPicture, TranslucentPictureRecord, TranslucentRecord,
+    TranslucentShadowsExperiment, TranslucentStability, TranslucentTechnique, TranslucentViewRecord,
 };
 pub use lit_frames::ScaledLight;
 pub use moment_problem::MomentBound;

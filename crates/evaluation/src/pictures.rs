@@ -4,6 +4,7 @@ use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, refuse};
 use crate::fragments::MAX_SIZE;
 use crate::run_directory::RecordedFile;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{DynamicImage, ImageFormat, Luma, RgbaImage, imageops};
 use std::io::Cursor;
 
@@ -114,6 +115,16 @@ pub(crate) fn png(name: String, picture: DynamicImage) -> Result<RecordedFile, E
     let mut bytes = Vec::new();
     picture
         .write_to(&mut Cursor::new(&mut bytes), ImageFormat::Png)
+        .map_err(|error| EvaluationError::Table { table: name.clone(), reason: error.to_string() })?;
+    Ok(RecordedFile { name, bytes })
+}
+
+/// The same in fewer bytes, for pictures of many frames.
+pub(crate) fn small_png(name: String, picture: &DynamicImage) -> Result<RecordedFile, EvaluationError> {
+    let mut bytes = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
+    picture
+        .write_with_encoder(encoder)
         .map_err(|error| EvaluationError::Table { table: name.clone(), reason: error.to_string() })?;
     Ok(RecordedFile { name, bytes })
 }

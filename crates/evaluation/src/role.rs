@@ -12,6 +12,22 @@ pub trait Role {
     fn role(&self) -> Option<&str>;
 }
 
+/// [`Role`] of something with the keys `name` and `role`.
+macro_rules! plays_a_role {
+    ($player:ty) => {
+        impl $crate::role::Role for $player {
+            fn name(&self) -> &str {
+                &self.name
+            }
+
+            fn role(&self) -> Option<&str> {
+                self.role.as_deref()
+            }
+        }
+    };
+}
+pub(crate) use plays_a_role;
+
 /// The one with this role.
 pub fn with_role<'a, T: Role>(all: &'a [T], role: &str) -> Option<&'a T> {
     all.iter().find(|one| one.role() == Some(role))

@@ -157,6 +157,38 @@ pub enum MomentError {
 }
 
 impl MomentError {
+    /// Whether a method failed; else the input is at fault.
+    pub fn is_failure(&self) -> bool {
+        match self {
+            Self::Uncertified { .. } | Self::Solver { .. } => true,
+            Self::Infeasible { .. }
+            | Self::NotPositiveDefinite { .. }
+            | Self::Length { .. }
+            | Self::NotFinite { .. }
+            | Self::OutsideInterval { .. }
+            | Self::Unsupported(_)
+            | Self::Basis(_)
+            | Self::Distribution(_) => false,
+        }
+    }
+
+    /// Whether it says that no distribution has the moments: where they are those of one, the method has failed.
+    pub fn denies_moments(&self) -> bool {
+        match self {
+            Self::Infeasible { .. } | Self::NotPositiveDefinite { .. } => true,
+            Self::Uncertified { .. }
+            | Self::Solver { .. }
+            | Self::Length { .. }
+            | Self::NotFinite { .. }
+            | Self::OutsideInterval { .. }
+            | Self::Unsupported(_)
+            | Self::Basis(_)
+            | Self::Distribution(_) => false,
+        }
+    }
+}
+
+impl MomentError {
     /// Whether double-double may be at fault instead of the input: exact arithmetic is asked next.
     pub(crate) fn is_unresolved(&self) -> bool {
         match self {

@@ -39,23 +39,8 @@ impl Bounds {
     }
 }
 
-/// Whether the work failed, as the binary judges it; else the input is at fault.
-fn is_failure(error: &MomentError) -> bool {
-    match error {
-        MomentError::Uncertified { .. } | MomentError::Solver { .. } => true,
-        MomentError::Infeasible { .. }
-        | MomentError::NotPositiveDefinite { .. }
-        | MomentError::Length { .. }
-        | MomentError::NotFinite { .. }
-        | MomentError::OutsideInterval { .. }
-        | MomentError::Unsupported(_)
-        | MomentError::Basis(_)
-        | MomentError::Distribution(_) => false,
-    }
-}
-
 fn of_moments(error: &MomentError) -> PyErr {
-    if is_failure(error) { failed(error) } else { input(error) }
+    if error.is_failure() { failed(error) } else { input(error) }
 }
 
 fn parsed(basis: &str, interval: &str, solver: Option<&str>) -> PyResult<(Basis, Interval, Option<Solver>)> {
@@ -133,7 +118,7 @@ pub(crate) fn certified<'py>(
         let found: Result<Vec<(f64, f64)>, (usize, MomentError)> = vectors.map(each).collect();
         found.map_err(|(number, error)| {
             let named = format!("vector {number}: {error}");
-            if is_failure(&error) { PyRuntimeError::new_err(named) } else { PyValueError::new_err(named) }
+            if error.is_failure() { PyRuntimeError::new_err(named) } else { PyValueError::new_err(named) }
         })
     })?;
     let (lower, upper) = pairs.into_iter().unzip();

@@ -2,7 +2,7 @@
 
 use moment_problem::MomentBound;
 use moment_problem::arithmetic::Real;
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -57,6 +57,16 @@ fn batch<R: Real + Send + Sync>(
     Ok((lower, upper))
 }
 
+fn pair<'py, R: Real + Element + Send + Sync>(
+    py: Python<'py>,
+    name: &str,
+    (moments, z_f): (&[R], &[R]),
+    alpha: f64,
+) -> PyResult<Pair<'py, R>> {
+    let (lower, upper) = py.detach(|| batch(name, moments, z_f, alpha))?;
+    Ok((PyArray1::from_vec(py, lower), PyArray1::from_vec(py, upper)))
+}
+
 /// Lower and upper bounds in single precision.
 #[pyfunction]
 pub(crate) fn closed_form_single<'py>(
@@ -66,9 +76,7 @@ pub(crate) fn closed_form_single<'py>(
     z_f: PyReadonlyArray1<'py, f32>,
     alpha: f64,
 ) -> PyResult<Pair<'py, f32>> {
-    let (moments, z_f) = (moments.as_slice()?, z_f.as_slice()?);
-    let (lower, upper) = py.detach(|| batch(name, moments, z_f, alpha))?;
-    Ok((PyArray1::from_vec(py, lower), PyArray1::from_vec(py, upper)))
+    pair(py, name, (moments.as_slice()?, z_f.as_slice()?), alpha)
 }
 
 /// The same in double precision.
@@ -80,7 +88,5 @@ pub(crate) fn closed_form_double<'py>(
     z_f: PyReadonlyArray1<'py, f64>,
     alpha: f64,
 ) -> PyResult<Pair<'py, f64>> {
-    let (moments, z_f) = (moments.as_slice()?, z_f.as_slice()?);
-    let (lower, upper) = py.detach(|| batch(name, moments, z_f, alpha))?;
-    Ok((PyArray1::from_vec(py, lower), PyArray1::from_vec(py, upper)))
+    pair(py, name, (moments.as_slice()?, z_f.as_slice()?), alpha)
 }

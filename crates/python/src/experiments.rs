@@ -45,6 +45,7 @@ pub(crate) fn advise(
             medium: None,
             seed,
             candidates: candidates.as_deref(),
+            gpu: false,
             pictures: false,
             progress: &progress,
         };

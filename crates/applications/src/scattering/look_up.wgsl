@@ -52,7 +52,7 @@ fn look_up(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     mean = texel_at(row, next, (1.0 - down) * across, mean);
     mean = texel_at(row + 1, column, down * (1.0 - across), mean);
     mean = texel_at(row + 1, next, down * across, mean);
-    let depth = clamp_unit(rectified_depth(view, r, ray.z));
+    let depth = stored_depth(clamp_unit(rectified_depth(view, r, ray.z)));
     let cosine = -ray.z;
     let lit = clamp_unit(1.0 - shadowed(dequantise(mean), depth, cosine));
     let reached = end_r / r;

@@ -14,12 +14,12 @@ var<workgroup> totals: array<array<f32, SUMMED>, THREADS>;
 
 fn weighted(index: u32, weight: f32) -> array<f32, CHANNELS> {
     let texel = texels[index];
-    var mean = encode(texel.x);
+    var mean = encode(stored_depth(texel.x));
     for (var k = 0u; k < CHANNELS; k++) {
         mean[k] = texel.z * mean[k];
     }
     if texel.w != 0.0 {
-        let second = encode(texel.y);
+        let second = encode(stored_depth(texel.y));
         for (var k = 0u; k < CHANNELS; k++) {
             mean[k] = mean[k] + texel.w * second[k];
         }

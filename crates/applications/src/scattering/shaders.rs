@@ -2,11 +2,11 @@
 //! the uniform is [`scattering_uniform`].
 
 use moment_problem::wgsl::ELEMENTARY;
-use quantization::NumberFormat;
-use shaders::{count, unroll};
+use shaders::{constant, count, unroll};
 use shadow_filtering::{Precision, Technique};
 
 use super::{Blending, FilteredDepths, Rectification, SingleScattering, StoredPrefixes};
+use crate::packed_values;
 
 const RECTIFIED: &str = include_str!("rectified.wgsl");
 const RESAMPLE: &str = include_str!("resample.wgsl");
@@ -51,16 +51,7 @@ pub fn scattering_uniform(view: &SingleScattering<'_>, rectification: &Rectifica
 
 /// Words of 32 bits of a texel of the prefix map.
 pub fn prefix_words(technique: &Technique) -> usize {
-    technique.channels().div_ceil(values_a_word(technique.encoding().format()))
-}
-
-fn values_a_word(format: NumberFormat) -> usize {
-    match format {
-        NumberFormat::Unorm8 => 4,
-        NumberFormat::Unorm10 => 3,
-        NumberFormat::Unorm16 | NumberFormat::F16 => 2,
-        NumberFormat::F32 | NumberFormat::U32Fixed { .. } => 1,
-    }
+    packed_values::words(technique)
 }
 
 /// Resamples a shadow map of any size without a filter. Entry point `resample`, 64 texels a group.
@@ -84,8 +75,8 @@ pub fn resample_filtered_shader<P: Precision>(depths: &FilteredDepths<'_, P>, si
     joined(&(of_size(size) + &counts + &ends), &[ELEMENTARY, RECTIFIED, &dequantise, RESAMPLE_FILTERED])
 }
 
-/// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats and
-/// margins that it does not know.
+/// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats that
+/// it does not know.
 pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
     let technique = stored.technique;
     let [quantise, _] = technique.transform_wgsl();
@@ -94,7 +85,7 @@ pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Optio
     let threads = 1usize << most.checked_ilog2()?;
     let constants = of_size(size) + &count("THREADS", threads);
     let functions = functions(stored)?;
-    let store = words(technique, true)?;
+    let store = packed_values::store_wgsl(technique, "stored")?;
     Some(joined(&constants, &[&functions, RECTIFIED, &quantise, PREFIX_MAP, &store]))
 }
 
@@ -114,7 +105,7 @@ pub fn look_up_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<S
         "fn shadowed(b: array<f32, CHANNELS>, depth: f32, cosine: f32) -> f32 {{\n    {beta}\n{answer}}}\n"
     );
     let functions = functions(stored)?;
-    let load = words(technique, false)?;
+    let load = packed_values::load_wgsl(technique, "stored")?;
     Some(joined(&of_size(size), &[&functions, RECTIFIED, &dequantise, &shadowed, LOOK_UP, &load]))
 }
 
@@ -131,57 +122,9 @@ fn of_size([columns, rows]: [usize; 2]) -> String {
     count("COLUMNS", columns) + &count("ROWS", rows)
 }
 
-/// `encode` and the bound.
+/// `encode`, the bound, and how depths are stored.
 fn functions(stored: &StoredPrefixes<'_>) -> Option<String> {
-    (stored.margin == 0.0).then(|| stored.technique.real_time()?.shader())?
-}
-
-/// `store(texel, values)` or `load(texel) -> values` of a format.
-fn words(technique: &Technique, is_store: bool) -> Option<String> {
-    let format = technique.encoding().format();
-    let (channels, each, words) = (technique.channels(), values_a_word(format), prefix_words(technique));
-    let value = |k: usize| if k < channels { format!("values[{k}]") } else { "0.0".to_owned() };
-    let packed = |word: usize| {
-        let of = |i: usize| value(each * word + i);
-        match format {
-            NumberFormat::Unorm8 => {
-                format!("pack4x8unorm(vec4<f32>({}, {}, {}, {}))", of(0), of(1), of(2), of(3))
-            }
-            NumberFormat::Unorm10 => format!("ten_bits({}, {}, {})", of(0), of(1), of(2)),
-            NumberFormat::Unorm16 => format!("pack2x16unorm(vec2<f32>({}, {}))", of(0), of(1)),
-            NumberFormat::F16 => format!("pack2x16float(vec2<f32>({}, {}))", of(0), of(1)),
-            NumberFormat::F32 | NumberFormat::U32Fixed { .. } => format!("bitcast<u32>({})", of(0)),
-        }
-    };
-    let unpacked = |k: usize| {
-        let (word, i) = (format!("w{}", k / each), k % each);
-        let part = ["x", "y", "z", "w"][i];
-        match format {
-            NumberFormat::Unorm8 => format!("unpack4x8unorm({word}).{part}"),
-            NumberFormat::Unorm10 => format!("f32(({word} >> {}u) & 1023u) / 1023.0", 10 * i),
-            NumberFormat::Unorm16 => format!("unpack2x16unorm({word}).{part}"),
-            NumberFormat::F16 => format!("unpack2x16float({word}).{part}"),
-            NumberFormat::F32 | NumberFormat::U32Fixed { .. } => format!("bitcast<f32>({word})"),
-        }
-    };
-    if let NumberFormat::U32Fixed { .. } = format {
-        return None;
-    }
-    if is_store {
-        let ten = "fn ten_bits(a: f32, b: f32, c: f32) -> u32 {
-    let codes = vec3<u32>(floor(clamp(vec3<f32>(a, b, c), vec3<f32>(0.0), vec3<f32>(1.0)) * 1023.0 + 0.5));
-    return codes.x | (codes.y << 10u) | (codes.z << 20u);
-}
-";
-        let lines: String = (0..words)
-            .map(|word| format!("    stored[texel * {words}u + {word}u] = {};\n", packed(word)))
-            .collect();
-        return Some(format!("{ten}fn store(texel: u32, values: array<f32, CHANNELS>) {{\n{lines}}}\n"));
-    }
-    let loads: String =
-        (0..words).map(|word| format!("    let w{word} = stored[texel * {words}u + {word}u];\n")).collect();
-    let values = (0..channels).map(unpacked).collect::<Vec<_>>().join(", ");
-    Some(format!(
-        "fn load(texel: u32) -> array<f32, CHANNELS> {{\n{loads}    return array<f32, CHANNELS>({values});\n}}\n"
-    ))
+    let margin = constant("MARGIN", stored.margin) + &constant("STORED_SPAN", 1.0 - 2.0 * stored.margin);
+    let stored_depth = "fn stored_depth(depth: f32) -> f32 {\n    return MARGIN + STORED_SPAN * depth;\n}\n";
+    Some(stored.technique.real_time()?.shader()? + &margin + stored_depth)
 }

@@ -1,6 +1,8 @@
 //! The filter of a stochastic shadow map on a plane (SSSM15 section 4): every sample reaches as far as the light is wide when
 //! seen through it.
 
+use moment_problem::arithmetic::Real;
+
 use super::circle_of_confusion;
 
 /// The plane parallel to the light for which samples are filtered, and the light.
@@ -86,13 +88,13 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 /// Where a depth lies between filter planes, ascending: the plane before it and the share of the next; depths outside
 /// belong to the first or last plane alone. `None` without planes.
-pub fn between_planes(planes: &[f64], depth: f64) -> Option<(usize, f64)> {
+pub fn between_planes<R: Real>(planes: &[R], depth: R) -> Option<(usize, R)> {
     let last = planes.len().checked_sub(1)?;
     let after = planes.iter().position(|&plane| plane > depth);
     Some(match after {
-        Some(0) => (0, 0.0),
+        Some(0) => (0, R::zero()),
         Some(next) => (next - 1, (depth - planes[next - 1]) / (planes[next] - planes[next - 1])),
-        None => (last, 0.0),
+        None => (last, R::zero()),
     })
 }
 
@@ -116,6 +118,6 @@ mod tests {
             [0.5, 3.0, 9.0].map(|d| between_planes(&[1.0, 3.0], d)),
             [Some((0, 0.0)), Some((1, 0.0)), Some((1, 0.0))]
         );
-        assert_eq!(between_planes(&[], 1.0), None);
+        assert_eq!(between_planes::<f64>(&[], 1.0), None);
     }
 }

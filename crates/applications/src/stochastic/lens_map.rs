@@ -5,6 +5,7 @@
 //! middle and goes through a texel of the plane in focus f meets the plane at distance d in the texel that lies
 //! u t (1 / d - 1 / f) off, where t are texels times distance per unit of length.
 
+use moment_problem::arithmetic::Real;
 use random_stream::Random;
 use rayon::prelude::*;
 
@@ -82,32 +83,40 @@ impl LensMap {
         &self.samples
     }
 
-    /// Where a ray meets the plane at a distance, in texel coordinates.
-    pub fn position(&self, index: usize, distance: f64) -> [f64; 2] {
+    /// What a ray's start is multiplied by for its offset on the plane at a distance: 1 / distance - 1 / focus.
+    pub(super) fn lever<R: Real>(&self, distance: R) -> R {
+        R::one() / distance - R::from_f64(1.0 / self.focus)
+    }
+
+    /// Where a ray is on the plane of a lever, in texel coordinates.
+    pub(super) fn position<R: Real>(&self, index: usize, lever: R) -> [R; 2] {
         let width = self.lens.size[0];
         let centre = [(index % width) as f64 + 0.5, (index / width) as f64 + 0.5];
         let LensSample { start, .. } = self.samples[index];
-        let lever = 1.0 / distance - 1.0 / self.focus;
-        [0, 1].map(|k| centre[k] + f64::from(start[k]) * lever)
+        [0, 1].map(|k| R::from_f64(centre[k]) + R::from_f64(f64::from(start[k])) * lever)
     }
 
     /// Where the light's middle sees the surface of a ray: its centre of confusion on every plane.
-    pub fn projected(&self, index: usize) -> [f64; 2] {
-        self.position(index, f64::from(self.samples[index].distance))
+    pub(super) fn projected<R: Real>(&self, index: usize) -> [R; 2] {
+        self.position(index, self.lever(R::from_f64(f64::from(self.samples[index].distance))))
     }
 }
 
 impl Lens {
-    /// c of a surface on a plane in texels (SSSM15 equation 6): t R |1 / d - 1 / plane|, the geometric mean of both axes.
-    pub fn circle(&self, plane: f64, distance: f64) -> f64 {
-        (self.reach()[0] * self.reach()[1]).sqrt() * (1.0 / distance - 1.0 / plane).abs()
+    /// c of a surface on a plane in texels (SSSM15 equation 6): t R |1 / d - 1 / plane|.
+    pub fn circle<R: Real>(&self, plane: f64, distance: R) -> R {
+        R::from_f64(self.mean_reach()) * (R::one() / distance - R::from_f64(1.0 / plane)).abs()
+    }
+
+    /// t R, the geometric mean of both axes.
+    pub(super) fn mean_reach(&self) -> f64 {
+        (self.reach()[0] * self.reach()[1]).sqrt()
     }
 
     /// Both axes over their geometric mean.
     pub(super) fn aspect(&self) -> [f64; 2] {
-        let reach = self.reach();
-        let mean = (reach[0] * reach[1]).sqrt();
-        if mean > 0.0 { reach.map(|reach| reach / mean) } else { [1.0; 2] }
+        let mean = self.mean_reach();
+        if mean > 0.0 { self.reach().map(|reach| reach / mean) } else { [1.0; 2] }
     }
 
     fn reach(&self) -> [f64; 2] {
@@ -139,9 +148,9 @@ mod tests {
         }
         assert_eq!(strata, [1; 16]);
         // In focus a ray is in its texel; the middle of the light sees the surface, which lies halfway between the light and the texel.
-        assert_eq!(map.position(9, 4.0), [1.5, 1.5]);
+        assert_eq!(map.position(9, map.lever(4.0)), [1.5, 1.5]);
         let start = map.samples()[9].start.map(f64::from);
-        let [x, y] = map.projected(9);
+        let [x, y]: [f64; 2] = map.projected(9);
         assert!((x - 1.5 - 0.25 * start[0]).abs() < 1e-12 && (y - 1.5 - 0.25 * start[1]).abs() < 1e-12);
         // m = 40 / 4 and 20 / 4 texels a unit.
         let c = circle_of_confusion((10.0f64 * 5.0).sqrt(), 0.5, 4.0, 2.0);

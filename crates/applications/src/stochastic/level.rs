@@ -1,21 +1,23 @@
 //! A level of the filter: samples before gathering, sums after it.
 
+use moment_problem::arithmetic::Real;
 use rayon::prelude::*;
+use shadow_filtering::Precision;
 
 use super::plane::{Footprint, PlaneFilter, TILE};
 
 /// Texels with a weight, and what belongs to it; after gathering sums in place of means.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Level {
+pub(super) struct Level<R> {
     pub(super) size: [usize; 2],
     channels: usize,
     /// Samples; 0 where there is none.
-    pub(super) weight: Vec<f32>,
+    pub(super) weight: Vec<R>,
     /// rho in this level's texels.
-    pub(super) radius: Vec<f32>,
+    pub(super) radius: Vec<R>,
     /// From the texel's middle to where the sample reaches from.
-    pub(super) offset: Vec<[f32; 2]>,
-    pub(super) values: Vec<f32>,
+    pub(super) offset: Vec<[R; 2]>,
+    pub(super) values: Vec<R>,
 }
 
 /// Which tiles of a level somebody needs.
@@ -66,24 +68,25 @@ impl Tiles {
     }
 }
 
-impl Level {
+impl<R: Precision> Level<R> {
     pub(super) fn empty(size: [usize; 2], channels: usize) -> Self {
         let count = size[0] * size[1];
         Self {
             size,
             channels,
-            weight: vec![0.0; count],
-            radius: vec![0.0; count],
-            offset: vec![[0.0; 2]; count],
-            values: vec![0.0; count * channels],
+            weight: vec![R::zero(); count],
+            radius: vec![R::zero(); count],
+            offset: vec![[R::zero(); 2]; count],
+            values: vec![R::zero(); count * channels],
         }
     }
 
     /// Gives the share of each sample that `coarser` says for its radius to a level of half the size, and keeps the rest.
-    pub(super) fn split(&mut self, coarser: impl Fn(f32) -> f32 + Sync) -> Self {
+    pub(super) fn split(&mut self, coarser: impl Fn(R) -> R + Sync) -> Self {
         let [width, height] = self.size;
         let mut next = Self::empty([width.div_ceil(2), height.div_ceil(2)], self.channels);
         let (columns, channels, finer) = (next.size[0], self.channels, &*self);
+        let half = R::from_f64(0.5);
         let texels = next.values.par_chunks_mut(channels).zip(&mut next.weight).zip(&mut next.radius);
         texels.zip(&mut next.offset).enumerate().for_each(|(i, (((values, weight), radius), offset))| {
             let (x, y) = (i % columns, i / columns);
@@ -94,45 +97,46 @@ impl Level {
                 }
                 let j = fy * width + fx;
                 let share = finer.weight[j] * coarser(finer.radius[j]);
-                if share <= 0.0 {
+                if share <= R::zero() {
                     continue;
                 }
-                *weight += share;
-                *radius += share * 0.5 * finer.radius[j];
-                if finer.offset[j] != [0.0; 2] {
-                    let at = [dx as f32 - 0.5 + finer.offset[j][0], dy as f32 - 0.5 + finer.offset[j][1]];
-                    (0..2).for_each(|k| offset[k] += share * 0.5 * at[k]);
+                *weight = *weight + share;
+                *radius = *radius + share * half * finer.radius[j];
+                if finer.offset[j] != [R::zero(); 2] {
+                    let corner = [dx, dy].map(|d| R::from_f64(d as f64 - 0.5));
+                    (0..2).for_each(|k| {
+                        offset[k] = offset[k] + share * half * (corner[k] + finer.offset[j][k]);
+                    });
                 }
-                let of = &finer.values[j * channels..(j + 1) * channels];
-                values.iter_mut().zip(of).for_each(|(value, of)| *value += share * of);
+                add(values, share, &finer.values[j * channels..(j + 1) * channels]);
             }
-            if *weight > 0.0 {
-                let inverse = 1.0 / *weight;
-                *radius *= inverse;
-                offset.iter_mut().for_each(|offset| *offset *= inverse);
-                values.iter_mut().for_each(|value| *value *= inverse);
+            if *weight > R::zero() {
+                let inverse = R::one() / *weight;
+                *radius = *radius * inverse;
+                offset.iter_mut().for_each(|offset| *offset = *offset * inverse);
+                values.iter_mut().for_each(|value| *value = *value * inverse);
             }
         });
         self.weight
             .par_iter_mut()
             .zip(&self.radius)
-            .for_each(|(weight, &radius)| *weight *= 1.0 - coarser(radius));
+            .for_each(|(weight, &radius)| *weight = *weight * (R::one() - coarser(radius)));
         next
     }
 
     /// Sums over the samples that reach each texel, weighted by 1 / rho^2 (equation 7) times `scale`, which makes the radii of
     /// all levels comparable.
-    pub(super) fn gathered(&self, filter: &PlaneFilter, aspect: [f64; 2], scale: f32, tiles: &Tiles) -> Self {
+    pub(super) fn gathered(&self, filter: &PlaneFilter, aspect: [f64; 2], scale: R, tiles: &Tiles) -> Self {
         let [width, height] = self.size;
         let channels = self.channels;
-        let aspect = aspect.map(|a| a as f32);
+        let aspect = aspect.map(R::from_f64);
         let mut sums = Self::empty(self.size, channels);
         let reach = self.largest_reach(filter, aspect);
         let across = width.div_ceil(TILE);
         let stride = if filter.interleaved { 2 } else { 1 };
         let disc = filter.footprint == Footprint::Disc;
         // The rectangle has the area of the disc.
-        let side = 0.5 * std::f32::consts::PI.sqrt();
+        let side = R::from_f64(0.5 * std::f64::consts::PI.sqrt());
         let rows = sums.values.par_chunks_mut(width * channels).zip(sums.weight.par_chunks_mut(width));
         rows.enumerate().for_each(|(y, (values, weights))| {
             for x in (0..width).filter(|&x| tiles.holds(x, y)) {
@@ -147,11 +151,12 @@ impl Level {
                     for column in (first(x)..=(x + radius).min(width - 1)).step_by(stride) {
                         let i = row * width + column;
                         let weight = self.weight[i];
-                        if weight <= 0.0 {
+                        if weight <= R::zero() {
                             continue;
                         }
-                        let dx = (column as f32 - x as f32 + self.offset[i][0]) / aspect[0];
-                        let dy = (row as f32 - y as f32 + self.offset[i][1]) / aspect[1];
+                        let steps = [column as f64 - x as f64, row as f64 - y as f64];
+                        let [dx, dy] =
+                            [0, 1].map(|k| (R::from_f64(steps[k]) + self.offset[i][k]) / aspect[k]);
                         let rho = self.radius[i];
                         let is_reached = if disc {
                             dx * dx + dy * dy < rho * rho
@@ -160,9 +165,8 @@ impl Level {
                         };
                         if is_reached {
                             let weight = scale * weight / (rho * rho);
-                            weights[x] += weight;
-                            let of = &self.values[i * channels..(i + 1) * channels];
-                            out.iter_mut().zip(of).for_each(|(out, of)| *out += weight * of);
+                            weights[x] = weights[x] + weight;
+                            add(out, weight, &self.values[i * channels..(i + 1) * channels]);
                         }
                     }
                 }
@@ -172,17 +176,17 @@ impl Level {
     }
 
     /// How far texels of each tile have to look: as far as the largest radius in the tile and around it, at most R_G.
-    fn largest_reach(&self, filter: &PlaneFilter, aspect: [f32; 2]) -> Vec<usize> {
+    fn largest_reach(&self, filter: &PlaneFilter, aspect: [R; 2]) -> Vec<usize> {
         let [width, height] = self.size;
         let (across, down) = (width.div_ceil(TILE), height.div_ceil(TILE));
         let wide = aspect[0].max(aspect[1]);
         let of_tile = |tile: usize| {
             let (left, top) = (tile % across * TILE, tile / across * TILE);
-            let mut most = 0.0f32;
+            let mut most = R::zero();
             for y in top..(top + TILE).min(height) {
                 for x in left..(left + TILE).min(width) {
                     let i = y * width + x;
-                    if self.weight[i] > 0.0 {
+                    if self.weight[i] > R::zero() {
                         let [dx, dy] = self.offset[i];
                         most = most.max(wide * self.radius[i] + dx.abs().max(dy.abs()));
                     }
@@ -190,13 +194,13 @@ impl Level {
             }
             most
         };
-        let own: Vec<f32> = (0..across * down).into_par_iter().map(of_tile).collect();
+        let own: Vec<R> = (0..across * down).into_par_iter().map(of_tile).collect();
         let near = |t: usize, size: usize| t.saturating_sub(1)..=(t + 1).min(size - 1);
         let around = |tile: usize| {
             let (x, y) = (tile % across, tile / across);
             let rows = near(y, down).flat_map(|row| near(x, across).map(move |column| row * across + column));
-            let most = rows.map(|tile| own[tile]).fold(0.0, f32::max);
-            (most.ceil() as usize).min(filter.gather_radius)
+            let most = rows.map(|tile| own[tile]).fold(R::zero(), R::max);
+            (most.to_f64().ceil() as usize).min(filter.gather_radius)
         };
         (0..across * down).map(around).collect()
     }
@@ -209,23 +213,24 @@ impl Level {
         let texels = self.values.par_chunks_mut(channels).zip(&mut self.weight).enumerate();
         texels.filter(|(i, _)| tiles.holds(i % width, i / width)).for_each(|(i, (values, weight))| {
             let place = |t: usize, size: usize| {
-                let at = (0.5 * (t as f32 + 0.5) - 0.5).clamp(0.0, (size - 1) as f32);
+                let at = (0.5 * (t as f64 + 0.5) - 0.5).clamp(0.0, (size - 1) as f64);
                 let low = at.floor() as usize;
-                (low, (low + 1).min(size - 1), at - at.floor())
+                // A multiple of a quarter.
+                (low, (low + 1).min(size - 1), R::from_f64(at.fract()))
             };
             let (left, right, u) = place(i % width, columns);
             let (top, bottom, v) = place(i / width, rows);
+            let one = R::one();
             let corners = [
-                (left, top, (1.0 - u) * (1.0 - v)),
-                (right, top, u * (1.0 - v)),
-                (left, bottom, (1.0 - u) * v),
+                (left, top, (one - u) * (one - v)),
+                (right, top, u * (one - v)),
+                (left, bottom, (one - u) * v),
                 (right, bottom, u * v),
             ];
             for (x, y, share) in corners {
                 let j = y * columns + x;
-                *weight += share * coarser.weight[j];
-                let of = &coarser.values[j * channels..(j + 1) * channels];
-                values.iter_mut().zip(of).for_each(|(value, of)| *value += share * of);
+                *weight = *weight + share * coarser.weight[j];
+                add(values, share, &coarser.values[j * channels..(j + 1) * channels]);
             }
         });
     }
@@ -238,19 +243,23 @@ impl Level {
         let texels = out.values.par_chunks_mut(channels).zip(&mut out.weight).enumerate();
         texels.filter(|(i, _)| tiles.holds(i % width, i / width)).for_each(|(i, (values, weight))| {
             let near = |t: usize, size: usize| t.saturating_sub(1)..=(t + 1).min(size - 1);
-            let mut count = 0.0f32;
+            let mut count = R::zero();
             for y in near(i / width, height) {
                 for x in near(i % width, width) {
                     let j = y * width + x;
-                    count += 1.0;
-                    *weight += self.weight[j];
-                    let of = &self.values[j * channels..(j + 1) * channels];
-                    values.iter_mut().zip(of).for_each(|(value, of)| *value += of);
+                    count = count + R::one();
+                    *weight = *weight + self.weight[j];
+                    add(values, R::one(), &self.values[j * channels..(j + 1) * channels]);
                 }
             }
-            *weight /= count;
-            values.iter_mut().for_each(|value| *value /= count);
+            *weight = *weight / count;
+            values.iter_mut().for_each(|value| *value = *value / count);
         });
         out
     }
+}
+
+/// Adds so much of some values to others.
+pub(super) fn add<R: Real>(to: &mut [R], share: R, values: &[R]) {
+    to.iter_mut().zip(values).for_each(|(to, &value)| *to = *to + share * value);
 }

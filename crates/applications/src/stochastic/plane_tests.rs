@@ -107,7 +107,7 @@ fn coarse_levels_reach_farther() {
         filter_plane(&map, PLANE, (&values, 1), &filter, (&taps(), 1), None)
     };
     assert!(with(0).cut_off > 0.3 && with(2).cut_off == 0.0, "{} {}", with(0).cut_off, with(2).cut_off);
-    let share = |plane: &FilteredPlane, x: usize| plane.values[SIZE / 2 * SIZE + x];
+    let share = |plane: &FilteredPlane<f32>, x: usize| plane.values[SIZE / 2 * SIZE + x];
     // 12 texels to each side of the middle there is light yet.
     assert!(
         share(&with(2), 33) > share(&with(0), 33) + 0.01,

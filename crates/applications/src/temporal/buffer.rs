@@ -1,68 +1,70 @@
 //! A pixel of the shadow buffer over frames (TC09 section 3).
 
+use moment_problem::arithmetic::Real;
+
 use super::ShadowEstimate;
 
 /// What a pixel remembers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct History {
+pub struct History<R = f64> {
     /// n and rho.
-    pub estimate: ShadowEstimate<f64>,
+    pub estimate: ShadowEstimate<R>,
     /// Depth from the eye at which it was taken.
-    pub depth: f64,
+    pub depth: R,
     /// Average depth of what the shadow maps saw.
-    pub blocker: f64,
+    pub blocker: R,
     /// Samples that the average holds besides the first estimate's.
-    samples: f64,
+    samples: R,
 }
 
 /// How a history begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Restart {
+pub struct Restart<R = f64> {
     /// The share of shadow that percentage-closer soft shadows find ...
-    pub fraction: f64,
+    pub fraction: R,
     /// ... and their average blocker depth ...
-    pub blocker: f64,
+    pub blocker: R,
     /// ... count as so many samples, n_0 ...
-    pub tests: f64,
+    pub tests: R,
     /// ... and as so many in the average of depths, k.
-    pub blockers: f64,
+    pub blockers: R,
 }
 
 /// One new shadow test of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameSample {
+pub struct FrameSample<R = f64> {
     /// Depth of the pixel from the eye.
-    pub depth: f64,
+    pub depth: R,
     /// tau: whether the new shadow map's light point is hidden.
     pub in_shadow: bool,
     /// What that map saw at the pixel.
-    pub map_depth: f64,
+    pub map_depth: R,
 }
 
-impl History {
+impl<R: Real> History<R> {
     /// A disoccluded pixel starts from percentage-closer soft shadows; the frame's own test is not used.
-    pub fn restarted(start: &Restart, depth: f64) -> Self {
+    pub fn restarted(start: &Restart<R>, depth: R) -> Self {
         let estimate = ShadowEstimate { tests: start.tests, shadowed: start.tests * start.fraction };
-        Self { estimate, depth, blocker: start.blocker, samples: 0.0 }
+        Self { estimate, depth, blocker: start.blocker, samples: R::zero() }
     }
 
     /// What a buffer holds. `samples` are those of the average depth besides the first estimate's.
-    pub fn stored(estimate: ShadowEstimate<f64>, depth: f64, blocker: f64, samples: f64) -> Self {
+    pub fn stored(estimate: ShadowEstimate<R>, depth: R, blocker: R, samples: R) -> Self {
         Self { estimate, depth, blocker, samples }
     }
 
     /// Whether this history is that of a surface seen at a depth.
-    pub fn belongs_to(&self, depth: f64, tolerance: f64) -> bool {
+    pub fn belongs_to(&self, depth: R, tolerance: R) -> bool {
         (depth - self.depth).abs() < tolerance
     }
 
     /// The history with one more test: rho and n (2), and the average depth (7), which averages whatever the map saw, as
     /// published, or blockers alone, without which it drifts towards the receiver.
-    pub fn with(&self, sample: &FrameSample, start: &Restart, blockers_only: bool) -> Self {
+    pub fn with(&self, sample: &FrameSample<R>, start: &Restart<R>, blockers_only: bool) -> Self {
         let counts = sample.in_shadow || !blockers_only;
-        let (before, added) = (start.blockers + self.samples, if counts { 1.0 } else { 0.0 });
+        let (before, added) = (start.blockers + self.samples, if counts { R::one() } else { R::zero() });
         let sum = before * self.blocker + added * sample.map_depth;
-        let blocker = if before + added > 0.0 { sum / (before + added) } else { self.blocker };
+        let blocker = if before + added > R::zero() { sum / (before + added) } else { self.blocker };
         Self {
             estimate: self.estimate.with(sample.in_shadow),
             depth: sample.depth,

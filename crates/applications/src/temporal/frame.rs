@@ -1,6 +1,8 @@
 //! One frame of soft shadows over time: the shadow buffer of the last frame becomes that of the next (TC09 section 3).
 
+use moment_problem::arithmetic::Real;
 use rayon::prelude::*;
+use std::cmp::Ordering;
 
 use super::{
     FilterSource, FrameSample, History, MovingCasters, Restart, ShadowEstimate, TemporalMethod,
@@ -10,55 +12,55 @@ use crate::samples::PoissonTaps;
 
 /// A visible pixel in a frame; distances in world units.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FramePixel {
+pub struct FramePixel<R = f64> {
     /// Distance from the eye along the view.
-    pub depth: f64,
+    pub depth: R,
     /// Where the surface was seen in the last frame if it stood still: column and row in pixels of the buffer, and distance.
-    pub before: [f64; 3],
+    pub before: [R; 3],
     /// The same with its own movement.
-    pub followed: [f64; 3],
+    pub followed: [R; 3],
     /// Distance of the surface from the light's plane.
-    pub receiver: f64,
+    pub receiver: R,
     /// tau.
     pub in_shadow: bool,
     /// The same by a shadow ray, where one was sent.
     pub hidden: bool,
     /// Distance from the light's plane of what the map saw.
-    pub map_distance: f64,
+    pub map_distance: R,
     /// Whether that moves.
     pub moving: bool,
 }
 
 /// What percentage-closer soft shadows say of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Start {
+pub struct Start<R = f64> {
     /// Share of shadow.
-    pub fraction: f64,
+    pub fraction: R,
     /// Average distance of blockers from the light's plane; `None` where there are none.
-    pub blocker: Option<f64>,
+    pub blocker: Option<R>,
     /// Whether any tap of the blocker search saw something that moves.
     pub moving: bool,
 }
 
 /// The buffer that goes from frame to frame, row by row.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ShadowBuffer {
+pub struct ShadowBuffer<R = f64> {
     width: usize,
     height: usize,
-    pixels: Vec<Option<History>>,
+    pixels: Vec<Option<History<R>>>,
 }
 
 /// What is shown of a pixel, and why.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shaded {
+pub struct Shaded<R = f64> {
     /// Share of shadow as shown.
-    pub shadow: f64,
+    pub shadow: R,
     /// Share of shadow by the pixel's own tests.
-    pub estimate: f64,
+    pub estimate: R,
     /// Their number.
-    pub tests: f64,
+    pub tests: R,
     /// The standard error that the method believes in.
-    pub standard_error: f64,
+    pub standard_error: R,
     /// Whether its history began with this frame.
     pub restarted: bool,
     /// Whether neighbours were asked.
@@ -79,13 +81,14 @@ pub struct Screen {
 /// Lookups of percentage-closer soft shadows: 16 for the search, 16 for the filter.
 const START_LOOKUPS: u32 = 32;
 
-impl ShadowBuffer {
+impl<R: Real> ShadowBuffer<R> {
     /// A buffer without any history.
     pub fn empty(width: usize, height: usize) -> Self {
         Self { width, height, pixels: vec![None; width * height] }
     }
 
-    fn at(&self, x: f64, y: f64) -> Option<&History> {
+    fn at(&self, x: R, y: R) -> Option<&History<R>> {
+        let (x, y) = (x.to_f64(), y.to_f64());
         let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
         if inside { self.pixels[y as usize * self.width + x as usize].as_ref() } else { None }
     }
@@ -93,15 +96,15 @@ impl ShadowBuffer {
 
 impl TemporalMethod {
     /// One frame. `start` is asked for pixels without history, with the method's wish for the map of the light's middle.
-    pub fn frame(
+    pub fn frame<R: Real + Send + Sync>(
         &self,
-        before: &ShadowBuffer,
-        pixels: &[Option<FramePixel>],
+        before: &ShadowBuffer<R>,
+        pixels: &[Option<FramePixel<R>>],
         screen: &Screen,
         taps: &PoissonTaps,
-        start: &(dyn Fn(usize, bool) -> Start + Sync),
-    ) -> (ShadowBuffer, Vec<Option<Shaded>>) {
-        let updated: Vec<Option<(History, Shaded)>> = pixels
+        start: &(dyn Fn(usize, bool) -> Start<R> + Sync),
+    ) -> (ShadowBuffer<R>, Vec<Option<Shaded<R>>>) {
+        let updated: Vec<Option<(History<R>, Shaded<R>)>> = pixels
             .par_iter()
             .enumerate()
             .map(|(i, pixel)| {
@@ -118,12 +121,13 @@ impl TemporalMethod {
         };
         shaded.par_iter_mut().enumerate().for_each(|(i, shaded)| {
             if let (Some(shaded), Some(pixel), Some(history)) = (shaded, &pixels[i], &after.pixels[i])
-                && shaded.standard_error > self.threshold
+                && shaded.standard_error > R::from_f64(self.threshold)
             {
                 let centre = match self.filter {
                     FilterSource::Off | FilterSource::Previous => self.last_place(pixel),
                     FilterSource::Current => {
-                        [(i % after.width) as f64 + 0.5, (i / after.width) as f64 + 0.5, pixel.depth]
+                        let [x, y] = [i % after.width, i / after.width];
+                        [R::from_f64(x as f64 + 0.5), R::from_f64(y as f64 + 0.5), pixel.depth]
                     }
                 };
                 self.smooth(source, centre, (pixel, history), (screen, taps), shaded);
@@ -132,16 +136,16 @@ impl TemporalMethod {
         (after, shaded)
     }
 
-    fn last_place(&self, pixel: &FramePixel) -> [f64; 3] {
+    pub(super) fn last_place<R: Real>(&self, pixel: &FramePixel<R>) -> [R; 3] {
         if self.follow { pixel.followed } else { pixel.before }
     }
 
-    fn updated(
+    fn updated<R: Real>(
         &self,
-        before: &ShadowBuffer,
-        pixel: &FramePixel,
-        start: &dyn Fn() -> Start,
-    ) -> (History, Shaded) {
+        before: &ShadowBuffer<R>,
+        pixel: &FramePixel<R>,
+        start: &dyn Fn() -> Start<R>,
+    ) -> (History<R>, Shaded<R>) {
         let searched = (self.moving == MovingCasters::Search).then(start);
         let disturbed = match self.moving {
             MovingCasters::Ignored => false,
@@ -159,7 +163,7 @@ impl TemporalMethod {
                 self.begun(&searched.unwrap_or_else(start), pixel)
             }
             None => {
-                let none = History::stored(ShadowEstimate::none(), pixel.depth, pixel.receiver, 0.0);
+                let none = History::stored(ShadowEstimate::none(), pixel.depth, pixel.receiver, R::zero());
                 self.counted(&none, pixel)
             }
         };
@@ -167,7 +171,7 @@ impl TemporalMethod {
         let estimate = history.estimate;
         let standard_error =
             if self.cautious { estimate.cautious_error() } else { estimate.standard_error() };
-        let share = estimate.fraction().clamp(0.0, 1.0);
+        let share = estimate.fraction().clamp_unit();
         let shaded = Shaded {
             shadow: share,
             estimate: share,
@@ -181,63 +185,69 @@ impl TemporalMethod {
     }
 
     /// The history of a place in the last buffer, where it is that of the same surface.
-    fn history(&self, before: &ShadowBuffer, [x, y, depth]: [f64; 3]) -> Option<History> {
-        let belongs = |history: &&History| history.belongs_to(depth, self.tolerance * depth);
+    fn history<R: Real>(&self, before: &ShadowBuffer<R>, [x, y, depth]: [R; 3]) -> Option<History<R>> {
+        let tolerance = R::from_f64(self.tolerance);
+        let belongs = |history: &&History<R>| history.belongs_to(depth, tolerance * depth);
         if !self.interpolated {
             return before.at(x, y).filter(belongs).copied();
         }
-        let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
-        let (u, v) = (x - 0.5 - left, y - 0.5 - top);
-        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
-        let (mut weight, mut tests, mut shadowed, mut distance) = (0.0, 0.0, 0.0, 0.0);
-        let (mut known, mut blocker, mut anyone) = (0.0, 0.0, 0.0);
+        let (zero, one, half) = (R::zero(), R::one(), R::from_f64(0.5));
+        let floor = |t: R| R::from_f64((t - half).to_f64().floor());
+        let (left, top) = (floor(x), floor(y));
+        let (u, v) = (x - half - left, y - half - top);
+        let corners = [(zero, zero), (one, zero), (zero, one), (one, one)];
+        let (mut weight, mut tests, mut shadowed, mut distance) = (zero, zero, zero, zero);
+        let (mut known, mut blocker, mut anyone) = (zero, zero, zero);
         for (dx, dy) in corners {
-            let share = (1.0 - (u - dx).abs()) * (1.0 - (v - dy).abs());
-            let Some(history) = before.at(left + dx + 0.5, top + dy + 0.5).filter(belongs) else { continue };
-            weight += share;
-            tests += share * history.estimate.tests;
-            shadowed += share * history.estimate.shadowed;
-            distance += share * history.depth;
+            let share = (one - (u - dx).abs()) * (one - (v - dy).abs());
+            let place = [left + dx + half, top + dy + half];
+            let Some(history) = before.at(place[0], place[1]).filter(belongs) else { continue };
+            weight = weight + share;
+            tests = tests + share * history.estimate.tests;
+            shadowed = shadowed + share * history.estimate.shadowed;
+            distance = distance + share * history.depth;
             // Averages count by what they are averages of.
             let of =
                 share * if self.blockers_only { history.estimate.shadowed } else { history.estimate.tests };
-            known += of;
-            anyone += share * history.blocker;
-            blocker += of * history.blocker;
+            known = known + of;
+            anyone = anyone + share * history.blocker;
+            blocker = blocker + of * history.blocker;
         }
         // A corner that hardly touches says little of the pixel.
-        (weight > LEAST_SHARE).then(|| {
+        (weight > R::from_f64(LEAST_SHARE)).then(|| {
             let estimate = ShadowEstimate { tests: tests / weight, shadowed: shadowed / weight };
-            let blocker = if known > 0.0 { blocker / known } else { anyone / weight };
-            History::stored(estimate, distance / weight, blocker, 0.0)
+            let blocker = if known > zero { blocker / known } else { anyone / weight };
+            History::stored(estimate, distance / weight, blocker, zero)
         })
     }
 
-    fn begun(&self, start: &Start, pixel: &FramePixel) -> History {
+    fn begun<R: Real>(&self, start: &Start<R>, pixel: &FramePixel<R>) -> History<R> {
         // Without a blocker there is no penumbra: the receiver itself stands for it.
         let blocker = start.blocker.unwrap_or(pixel.receiver);
-        let (tests, blockers) = (self.start_tests, self.start_blockers);
+        let (tests, blockers) = (R::from_f64(self.start_tests), R::from_f64(self.start_blockers));
         History::restarted(&Restart { fraction: start.fraction, blocker, tests, blockers }, pixel.depth)
     }
 
     /// One more test.
-    fn counted(&self, history: &History, pixel: &FramePixel) -> History {
+    fn counted<R: Real>(&self, history: &History<R>, pixel: &FramePixel<R>) -> History<R> {
+        let (zero, start_tests) = (R::zero(), R::from_f64(self.start_tests));
         let mut estimate = history.estimate;
-        if estimate.tests >= self.most_tests {
-            let share = (self.most_tests - 1.0) / estimate.tests;
+        let most_tests = R::from_f64(self.most_tests);
+        if estimate.tests >= most_tests {
+            let share = (most_tests - R::one()) / estimate.tests;
             estimate = ShadowEstimate { tests: share * estimate.tests, shadowed: share * estimate.shadowed };
         }
         // The buffer has four channels, and none for the count of the average: it follows from n, or from rho, which is how
         // many blockers there were.
         let (samples, blockers) = if self.blockers_only {
-            (estimate.shadowed, 0.0)
+            (estimate.shadowed, zero)
         } else {
-            let tests = (estimate.tests - self.start_tests).max(0.0);
-            (tests, if self.start_tests > 0.0 { self.start_blockers } else { 0.0 })
+            let tests = (estimate.tests - start_tests).max(zero);
+            (tests, if self.start_tests > 0.0 { R::from_f64(self.start_blockers) } else { zero })
         };
         let in_shadow = if self.exact { pixel.hidden } else { pixel.in_shadow };
         let sample = FrameSample { depth: pixel.depth, in_shadow, map_depth: pixel.map_distance };
-        let start = Restart { fraction: 0.0, blocker: 0.0, tests: self.start_tests, blockers };
+        let start = Restart { fraction: zero, blocker: zero, tests: start_tests, blockers };
         History::stored(estimate, history.depth, history.blocker, samples).with(
             &sample,
             &start,
@@ -246,41 +256,43 @@ impl TemporalMethod {
     }
 
     /// What the buffer keeps of it.
-    fn stored(&self, history: &History) -> History {
-        let kept = |value: f64| f64::from(self.format.round_single(value as f32));
+    fn stored<R: Real>(&self, history: &History<R>) -> History<R> {
+        let kept = |value: R| R::from_f64(f64::from(self.format.round_single(value.to_f64() as f32)));
         let estimate =
             ShadowEstimate { tests: kept(history.estimate.tests), shadowed: kept(history.estimate.shadowed) };
-        History::stored(estimate, kept(history.depth), kept(history.blocker), 0.0)
+        History::stored(estimate, kept(history.depth), kept(history.blocker), R::zero())
     }
 
     /// A box over the penumbra's width, by taps of like depth (TC09 section 3.3).
-    fn smooth(
+    fn smooth<R: Real>(
         &self,
-        source: &ShadowBuffer,
-        [x, y, depth]: [f64; 3],
-        (pixel, history): (&FramePixel, &History),
+        source: &ShadowBuffer<R>,
+        [x, y, depth]: [R; 3],
+        (pixel, history): (&FramePixel<R>, &History<R>),
         (screen, taps): (&Screen, &PoissonTaps),
-        shaded: &mut Shaded,
+        shaded: &mut Shaded<R>,
     ) {
         let width = penumbra_width(
-            screen.light_size,
+            R::from_f64(screen.light_size),
             pixel.receiver,
-            history.blocker.max(LEAST_BLOCKER * pixel.receiver),
-            screen.pixels_per_unit,
+            history.blocker.max(R::from_f64(LEAST_BLOCKER) * pixel.receiver),
+            R::from_f64(screen.pixels_per_unit),
             pixel.depth,
         );
         shaded.filtered = true;
         shaded.lookups += taps.points().len() as u32;
         // Not of NaN either; a blocker behind the receiver has no penumbra.
-        if width.is_nan() || width <= 0.0 {
+        if width.partial_cmp(&R::zero()) != Some(Ordering::Greater) {
             return;
         }
-        let (mut sum, mut count) = (shaded.estimate, 1.0);
-        for &[u, v] in taps.points() {
-            let tap = source.at(x + 0.5 * width * u, y + 0.5 * width * v);
-            if let Some(tap) = tap.filter(|tap| tap.belongs_to(depth, self.depth_range * depth)) {
-                sum += tap.estimate.fraction().clamp(0.0, 1.0);
-                count += 1.0;
+        let (half, range) = (R::from_f64(0.5), R::from_f64(self.depth_range));
+        let (mut sum, mut count) = (shaded.estimate, R::one());
+        for point in taps.points() {
+            let [u, v] = point.map(R::from_f64);
+            let tap = source.at(x + half * width * u, y + half * width * v);
+            if let Some(tap) = tap.filter(|tap| tap.belongs_to(depth, range * depth)) {
+                sum = sum + tap.estimate.fraction().clamp_unit();
+                count = count + R::one();
             }
         }
         shaded.shadow = sum / count;
@@ -288,10 +300,10 @@ impl TemporalMethod {
 }
 
 /// Least share of interpolated neighbours that belong.
-const LEAST_SHARE: f64 = 0.1;
+pub(super) const LEAST_SHARE: f64 = 0.1;
 
 /// Nearest blocker as a share of the receiver's distance: the penumbra of one at the light has no limit.
-const LEAST_BLOCKER: f64 = 1e-3;
+pub(super) const LEAST_BLOCKER: f64 = 1e-3;
 
 #[cfg(test)]
 #[path = "frame_tests.rs"]

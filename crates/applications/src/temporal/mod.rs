@@ -6,6 +6,7 @@ mod estimate;
 mod frame;
 mod method;
 mod sampled_field;
+mod shaders;
 mod traced_map;
 
 pub use buffer::{FrameSample, History, Restart};
@@ -13,4 +14,7 @@ pub use estimate::{ShadowEstimate, penumbra_width};
 pub use frame::{FramePixel, Screen, Shaded, ShadowBuffer, Start};
 pub use method::{FilterSource, MethodError, MovingCasters, TemporalMethod};
 pub use sampled_field::SampledField;
+pub use shaders::{
+    buffer_words, pixel_for_shader, screen_uniform, smooth_shader, start_for_shader, update_shader,
+};
 pub use traced_map::{MapTexel, TracedMap};

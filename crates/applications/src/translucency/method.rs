@@ -168,6 +168,22 @@ impl TranslucentMethod {
         }
     }
 
+    /// Channels that are filtered; 0 for what is compared tap by tap.
+    pub fn filtered_channels(&self) -> usize {
+        let beside = |technique: &Technique, opaque: OpaqueOccluders| match opaque {
+            OpaqueOccluders::Apart => technique.channels(),
+            OpaqueOccluders::Within | OpaqueOccluders::LeftOut => 0,
+        };
+        match self {
+            Self::Blended { technique, .. } => technique.channels(),
+            Self::Absorbance { technique, opaque, apart } => {
+                1 + technique.channels() + beside(apart, *opaque)
+            }
+            Self::Fourier { pairs, opaque, apart, .. } => 1 + 2 * pairs + beside(apart, *opaque),
+            Self::Stochastic { .. } | Self::Deep | Self::Comparison(_) => 0,
+        }
+    }
+
     /// Whether surfaces have to be drawn in order.
     pub fn needs_order(&self) -> bool {
         matches!(self, Self::Blended { .. } | Self::Deep)

@@ -7,7 +7,7 @@ use super::shipping::Shipping;
 use super::together::{Member, Shared};
 use crate::error::EvaluationError;
 use crate::kinds::speed_accuracy::{
-    FrameCost, FreeParameters, SceneView, SpeedAccuracyExperiment, SpeedPlan,
+    FrameCost, FreeParameters, MeasuredFrames, SceneView, SpeedAccuracyExperiment, SpeedPlan,
 };
 use crate::statistics::Sums;
 use serde::Serialize;
@@ -45,8 +45,10 @@ pub struct Choice {
     pub map_bytes: u64,
     /// Operations of decoding and shading a fragment.
     pub operations: f64,
-    /// Modelled cost of a frame, 1 for the first candidate at the reference's size.
+    /// Cost of a frame, 1 for the first candidate at the reference's size: modelled, or measured.
     pub cost: f64,
+    /// Whether it was measured on a graphics processor.
+    pub cost_is_measured: bool,
     /// The same in milliseconds on the card of the budget.
     pub cost_ms: f64,
     /// What an implementation needs beside.
@@ -68,8 +70,9 @@ pub struct Nothing {
 struct Entry {
     candidate: usize,
     divisor: usize,
-    /// In modelled bytes.
+    /// In modelled bytes, or as many as the unit moves in the measured time.
     cost: f64,
+    is_measured: bool,
     variants: Vec<FreeParameters>,
 }
 
@@ -87,7 +90,7 @@ pub(super) struct HardCourse<'a> {
 impl<'a> HardCourse<'a> {
     /// Those that a budget leaves.
     pub(super) fn new(
-        plan: &'a SpeedPlan<'a>,
+        (plan, measured): (&'a SpeedPlan<'a>, Option<&MeasuredFrames>),
         views: &'a [SceneView],
         budget: &Budget,
     ) -> Result<Self, EvaluationError> {
@@ -98,9 +101,12 @@ impl<'a> HardCourse<'a> {
                 if views.iter().any(|view| view.maps[divisor].is_none()) {
                     continue;
                 }
-                let cost = plan.cost(candidate, divisor).total();
+                let timed = measured.and_then(|frames| frames.relative(candidate, divisor));
+                let modelled = || plan.cost(candidate, divisor).total();
+                let cost = timed.map_or_else(modelled, |relative| relative * plan.unit_cost());
                 if costs.admits(budget, cost, map_bytes(plan, candidate, divisor)) {
-                    entries.push(Entry { candidate, divisor, cost, variants: plan.variants(candidate) });
+                    let (is_measured, variants) = (timed.is_some(), plan.variants(candidate));
+                    entries.push(Entry { candidate, divisor, cost, is_measured, variants });
                 }
             }
         }
@@ -220,6 +226,7 @@ pub(super) fn choice(race: &Race<HardCourse<'_>>, arm: usize, nothing: f64, budg
         map_bytes: map_bytes(plan, candidate, divisor),
         operations: of.operations,
         cost: race.arms[arm].cost / plan.unit_cost(),
+        cost_is_measured: race.course.entries[arm].is_measured,
         cost_ms: budget.milliseconds(race.arms[arm].cost),
         shipping: Shipping::of(&setting.method, of.technique(), &plan.kernels[divisor], (bias, scale), views),
     }

@@ -1,7 +1,9 @@
 //! `msm advise`: what a scene needs, and no more. For each application the cheapest technique, format, bias and map size that
 //! meets a tolerance, raced on growing samples.
 
+mod applications;
 mod budget;
+mod costs;
 mod hard;
 mod picture;
 mod query;
@@ -11,8 +13,11 @@ mod shipping;
 mod soft;
 mod soft_method;
 mod together;
+mod translucent;
 
+pub use applications::{ScatteringAdvice, SoftShadowAdvice, TranslucentCasterAdvice};
 pub use budget::{BANDWIDTH, Budget};
+pub use costs::CostSource;
 pub use hard::{Choice, Nothing};
 pub use query::{Answer, Measured};
 pub use scattering::ScatteringChoice;
@@ -20,29 +25,23 @@ pub use shipping::{BiasInView, DEFINITIONS, Definitions, Shipping};
 pub use soft::SoftChoice;
 pub use soft_method::NothingSoft;
 pub use together::{Shared, Together};
+pub use translucent::TranslucentChoice;
 
 use crate::error::EvaluationError;
 use crate::experiment::kind::Settings;
-use crate::experiment::{Experiment, Scale};
 use crate::fragments::{Lighting, LoadedScene};
-use crate::kinds::single_scattering::{MediumSetting, SingleScatteringExperiment};
-use crate::kinds::soft_shadows::SoftShadowsExperiment;
-use crate::kinds::speed_accuracy::{OrderShare, SceneView, SpeedAccuracyExperiment, SpeedPlan, needed};
+use crate::kinds::single_scattering::MediumSetting;
+use crate::kinds::speed_accuracy::{OrderShare, SpeedAccuracyExperiment, SpeedPlan, needed};
 use crate::run::{Progress, pool};
 use crate::run_directory::RecordedFile;
+use applications::{scattering, soft_shadows, translucent_casters};
 use hard::HardCourse;
 use query::{Wanted, answered};
 use race::{CONFIDENCE, Course, Race, Standing};
-use scattering::ScatteringCourse;
 use serde::Serialize;
 use shadow_filtering::{DepthBias, KernelSpec};
-use soft::SoftCourse;
 use std::path::Path;
 use together::Member;
-
-/// The experiments whose candidates are raced.
-const SOFT_CANDIDATES: &str = include_str!("../../../../experiments/soft-shadows.toml");
-const SCATTERING_CANDIDATES: &str = include_str!("../../../../experiments/single-scattering.toml");
 
 /// What is asked.
 #[derive(Clone)]
@@ -68,6 +67,8 @@ pub struct AdviceOptions<'a> {
     pub seed: Option<u64>,
     /// An experiment of kind `speed-accuracy` with other candidates.
     pub candidates: Option<&'a Path>,
+    /// Whether frames are timed on this machine's graphics processor, for costs of hard shadows.
+    pub gpu: bool,
     /// Whether pictures are drawn.
     pub pictures: bool,
     /// Candidates decided, of all.
@@ -81,38 +82,6 @@ pub struct ReferenceSetting {
     pub kernel: String,
     /// Its bias, beside the receiver's plane.
     pub bias: DepthBias,
-}
-
-/// What is told of soft shadows.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SoftShadowAdvice {
-    /// The views with their lights.
-    pub views: Vec<String>,
-    /// Receivers of all views.
-    pub fragments: usize,
-    /// Doing nothing, for comparison.
-    pub nothing: NothingSoft,
-    /// Mean standard error of the truths: errors against exact truths are at most so much less than those told, and not more.
-    pub truth_standard_error: f64,
-    /// The answer.
-    #[serde(flatten)]
-    pub answer: Answer<SoftChoice>,
-}
-
-/// What is told of single scattering.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct ScatteringAdvice {
-    /// Extinction over half the scene's diagonal, albedo and anisotropy.
-    pub medium: MediumSetting,
-    /// Cameras under lights.
-    pub views: Vec<String>,
-    /// View rays of all cameras.
-    pub rays: usize,
-    /// What a medium without shadows errs by over the rays seen.
-    pub nothing: f64,
-    /// The answer.
-    #[serde(flatten)]
-    pub answer: Answer<ScatteringChoice>,
 }
 
 /// The answer.
@@ -141,19 +110,20 @@ pub struct Advice {
     pub soft_shadows: Option<SoftShadowAdvice>,
     /// Single scattering, where there is a medium.
     pub scattering: Option<ScatteringAdvice>,
+    /// Translucent casters, where light passes through something.
+    pub translucent_casters: Option<TranslucentCasterAdvice>,
     /// The cheapest set of what is good enough for each application; `None` for hard shadows alone.
     pub together: Option<Together>,
     /// Moments and surfaces that the kernels need.
     pub needs: Vec<OrderShare>,
+    /// Where costs of hard shadows come from.
+    pub costs: CostSource,
     /// What words mean.
     pub definitions: Definitions,
 }
 
 /// Hard shadows that are told have been seen so often, at least.
 const SHOWN_FRAGMENTS: usize = 1 << 16;
-
-/// Soft ones, whose truth takes many rays.
-const SHOWN_RECEIVERS: usize = 1 << 14;
 
 impl Advice {
     /// Races the candidates on the scene, on so many threads; without a number one per logical core. With pictures, where they
@@ -176,6 +146,11 @@ impl Advice {
         let plan = SpeedPlan::new(&experiment)?;
         let loaded = LoadedScene::load_lit(options.scene, &options.lighting)?;
         let views = plan.views_of(std::slice::from_ref(&loaded))?;
+        let (costs, measured) = CostSource::of(options, &plan, &loaded, &views);
+        // Other costs are modelled, and take as long as those of the unit that was measured.
+        let calibrated =
+            AdviceOptions { budget: costs.calibrated(&options.budget, &plan), ..options.clone() };
+        let options = &calibrated;
         let budget = &options.budget;
         let wanted = Wanted {
             tolerance: options.tolerance,
@@ -183,7 +158,7 @@ impl Advice {
             most_accurate: budget.is_limited(),
             shown: SHOWN_FRAGMENTS,
         };
-        let course = HardCourse::new(&plan, &views, budget)?;
+        let course = HardCourse::new((&plan, measured.as_ref()), &views, budget)?;
         let nothing = course.nothing();
         let mut race = Race::new(course);
         let arms = answered(&mut race, &wanted, nothing.l1_error, options.progress)?;
@@ -196,6 +171,8 @@ impl Advice {
         drop(race);
         let soft_shadows = soft_shadows(options, &loaded, (&plan, &views), (wanted, &mut members))?;
         let scattering = scattering(options, &loaded, &plan, (wanted, &mut members))?;
+        let translucent_casters =
+            translucent_casters(options, &loaded, (&plan, &views), (wanted, &mut members))?;
         let records: Vec<_> =
             views.iter().enumerate().map(|(number, view)| needed(&plan, view, number)).collect();
         let advice = Self {
@@ -213,8 +190,10 @@ impl Advice {
             hard,
             soft_shadows,
             scattering,
+            translucent_casters,
             together: together::cheapest(&members, plan.unit_cost(), budget),
             needs: experiment.order_shares(&records),
+            costs,
             definitions: DEFINITIONS,
         };
         Ok((advice, pictures))
@@ -257,76 +236,6 @@ fn experiment(
     experiment.every_view = None;
     experiment.check()?;
     Ok((experiment, left_out))
-}
-
-/// What is told of soft shadows; `None` where no light has an extent.
-fn soft_shadows(
-    options: &AdviceOptions<'_>,
-    loaded: &LoadedScene<'_>,
-    (plan, views): (&SpeedPlan<'_>, &[SceneView]),
-    (wanted, sets): (Wanted, &mut Vec<Vec<Member>>),
-) -> Result<Option<SoftShadowAdvice>, EvaluationError> {
-    let lit: Vec<&SceneView> = views.iter().filter(|view| view.light.light.has_extent()).collect();
-    if lit.is_empty() {
-        return Ok(None);
-    }
-    let path = Path::new("soft-shadows.toml");
-    let read = Experiment::parse(path, SOFT_CANDIDATES, Scale::Quick, options.seed)?;
-    let Some(experiment) = read.settings::<SoftShadowsExperiment>() else {
-        return Err(EvaluationError::Value("soft-shadows.toml is not of kind \"soft-shadows\"".to_owned()));
-    };
-    let budget = &options.budget;
-    let divisors = &plan.experiment.divisors;
-    let course = SoftCourse::new((experiment, divisors), loaded, &lit, (plan.experiment.frame, budget))?;
-    let nothing = course.nothing();
-    let mut race = Race::new(course);
-    let wanted = Wanted { shown: SHOWN_RECEIVERS, ..wanted };
-    let arms = answered(&mut race, &wanted, nothing.l1_error_low, options.progress)?;
-    let nothing = race.course.nothing();
-    let least = nothing.l1_error.max(f64::MIN_POSITIVE);
-    let unit = (plan.unit_cost(), budget);
-    sets.push(members(&race, &arms, |arm| race.course.member(arm)));
-    let answer = arms.map(|arm| soft::choice(&race, arm, least, unit));
-    Ok(Some(SoftShadowAdvice {
-        views: lit.iter().map(|view| format!("{}, {}", view.view, view.light.light)).collect(),
-        fragments: lit.iter().map(|view| view.receivers.len()).sum(),
-        nothing,
-        truth_standard_error: race.course.truth_error(),
-        answer,
-    }))
-}
-
-/// What is told of single scattering; `None` without a medium.
-fn scattering(
-    options: &AdviceOptions<'_>,
-    loaded: &LoadedScene<'_>,
-    plan: &SpeedPlan<'_>,
-    (wanted, sets): (Wanted, &mut Vec<Vec<Member>>),
-) -> Result<Option<ScatteringAdvice>, EvaluationError> {
-    let Some(medium) = options.medium else { return Ok(None) };
-    let path = Path::new("single-scattering.toml");
-    let read = Experiment::parse(path, SCATTERING_CANDIDATES, Scale::Quick, options.seed)?;
-    let Some(mut experiment) = read.settings::<SingleScatteringExperiment>().cloned() else {
-        let reason = "single-scattering.toml is not of kind \"single-scattering\"".to_owned();
-        return Err(EvaluationError::Value(reason));
-    };
-    experiment.medium = medium;
-    experiment.scenery.size = plan.experiment.scenery.size;
-    // The moment map that is resampled may be that of hard shadows.
-    experiment.scenery.kernel = plan.experiment.scenery.kernel;
-    let budget = &options.budget;
-    let parallel = loaded.under_parallel_light()?;
-    experiment.on_rays(&parallel, |rays| {
-        let course = ScatteringCourse::new(&experiment, rays, budget)?;
-        let nothing = course.nothing();
-        let mut race = Race::new(course);
-        let arms = answered(&mut race, &wanted, nothing, options.progress)?;
-        let unit = (plan.unit_cost(), budget);
-        let least = nothing.max(f64::MIN_POSITIVE);
-        sets.push(members(&race, &arms, |arm| race.course.member(arm)));
-        let answer = arms.map(|arm| scattering::choice(&race, arm, least, unit));
-        Ok(Some(ScatteringAdvice { medium, views: rays.names(), rays: rays.counts().sum(), nothing, answer }))
-    })
 }
 
 /// The recommended candidate and the near ties that are good enough, too.

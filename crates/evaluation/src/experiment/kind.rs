@@ -64,6 +64,24 @@ pub(crate) trait Settings: Any + Clone + Debug + DeserializeOwned + Serialize + 
     }
 }
 
+/// The items of [`Settings`] that are alike for kinds on scenes, which keep what [`SceneSettings`] hold in `scenery` and have
+/// `evaluate` in a file of its own.
+macro_rules! evaluated_on_scenes {
+    () => {
+        fn on_scenes(&mut self, scenery: $crate::fragments::SceneSettings) {
+            self.scenery = scenery;
+        }
+
+        fn run(
+            &self,
+            context: &$crate::experiment::kind::RunContext<'_>,
+        ) -> Result<$crate::run::Recorded, $crate::error::EvaluationError> {
+            self.evaluate(context)
+        }
+    };
+}
+pub(crate) use evaluated_on_scenes;
+
 /// What a run gives to a kind.
 pub(crate) struct RunContext<'a> {
     /// Told of every finished trial.

@@ -87,7 +87,14 @@ impl LoadedScene<'_> {
             }
             Ok(LoadedScene { label, source, lights })
         };
-        labels.iter().enumerate().map(load).collect()
+        let loaded: Vec<LoadedScene<'a>> = labels.iter().enumerate().map(load).collect::<Result<_, _>>()?;
+        let is_known =
+            |view: &&String| loaded.iter().any(|scene| scene.lights.iter().any(|light| light.name == **view));
+        if let Some((i, view)) = views.iter().enumerate().find(|(_, view)| !is_known(view)) {
+            let reason = format!("views: `{view}` is a view of none of {}", labels.join(", "));
+            return Err(EvaluationError::Key { key: format!("views[{i}]"), reason });
+        }
+        Ok(loaded)
     }
 
     /// Renders one of its views.
@@ -129,6 +136,16 @@ impl LoadedScene<'_> {
         self.source.translucent(light, size, spectrum).map_err(|error| {
             EvaluationError::Value(format!("scene `{}`, view `{}`: {error}", self.label, light.name))
         })
+    }
+
+    /// Whether light may pass through some surface.
+    pub(crate) fn may_be_translucent(&self) -> bool {
+        match &self.source {
+            Source::Scene(scene) => {
+                scene.materials.iter().flat_map(|material| &material.opacity).any(|opacity| !opacity.tested)
+            }
+            Source::Stack(stack) => stack.opacities.iter().any(|&opacity| opacity < 1.0),
+        }
     }
 
     /// Width of the map where the scene is a stack, which has no other size.

@@ -3,6 +3,7 @@
 pub(crate) mod bounds;
 pub(crate) mod filterable;
 pub(crate) mod quantization;
+pub(crate) mod ranking_map;
 pub(crate) mod search;
 pub(crate) mod single_scattering;
 pub(crate) mod soft_shadows;
@@ -20,6 +21,7 @@ pub(crate) static KINDS: &[Kind] = &[
     Kind::of::<filterable::FilterableExperiment>(),
     Kind::of::<quantization::QuantizationExperiment>(),
     Kind::of::<search::SearchExperiment>(),
+    Kind::of::<ranking_map::RankingMapExperiment>(),
     Kind::of::<stability::StabilityExperiment>(),
     Kind::of::<speed_accuracy::SpeedAccuracyExperiment>(),
     Kind::of::<soft_shadows::SoftShadowsExperiment>(),

@@ -4,6 +4,7 @@
 //! and would call a library routine for each, and on graphics processors it is not exact on every device that offers one.
 
 use super::Real;
+use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -22,7 +23,7 @@ impl Word for f64 {
 }
 
 /// `high + low` with `|low| <= ulp(high) / 2`. Relative error of one operation: below 2^-44 for `f32`, 2^-100 for `f64`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
 pub struct DoubleWord<F> {
     pub(super) high: F,
     pub(super) low: F,

@@ -5,6 +5,7 @@ use crate::arithmetic::{DoubleDouble, Field, Real};
 use crate::basis::BasisFunction;
 use crate::dense::dot;
 use crate::error::MomentError;
+use serde::{Deserialize, Serialize};
 
 /// Columns are priced in groups of so many, whatever the width of the machine's vectors, so that results do not depend
 /// on it.
@@ -18,7 +19,7 @@ const MAX_SUPPORT: usize = 1 << 15;
 pub(crate) const DEPENDENCE_TOLERANCE: f64 = 1e-12;
 
 /// Functions sampled on a support to double-double precision: shared by all bases of a family.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct FunctionTable {
     depths: Vec<f64>,
     samples: Vec<Vec<DoubleDouble>>,

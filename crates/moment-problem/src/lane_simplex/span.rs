@@ -11,6 +11,7 @@ use crate::dense::dot;
 use crate::error::MomentError;
 use crate::fast_simplex::support::DEPENDENCE_TOLERANCE;
 use crate::fast_simplex::{FunctionTable, SupportColumns, SupportDistribution};
+use serde::{Deserialize, Serialize};
 
 /// Dimensions in which no function has more than this share of its norm are left out. Orthonormalisation may enlarge the rest
 /// by a million in the default family, which leaves it below the rounding of doubles.
@@ -20,7 +21,7 @@ const SPAN_TOLERANCE: f64 = 1e-22;
 const PADDING: usize = 8;
 
 /// An orthonormal basis of the span of a table's functions and 1, and the functions in it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct FunctionSpan {
     depths: usize,
     padded: usize,

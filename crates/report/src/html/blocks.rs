@@ -3,6 +3,7 @@
 use super::compact::compact;
 use crate::drawing::escaped;
 use crate::error::ReportError;
+use crate::html::film;
 use crate::page::{Block, Drawing, Explorer, PictureColumns, RecordedPicture, Span, Table, Text, json};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
@@ -28,7 +29,7 @@ pub(crate) fn block(run: &RunDirectory, block: &Block) -> Result<String, ReportE
             // The caption has the title: who cannot see the picture is told what stands in it.
             let techniques = picture.columns.techniques.join(", ");
             let label = escaped(&format!("side by side: the truth, {techniques}"));
-            let image = format!("<img alt=\"{label}\" src=\"{}\">", data(run, picture)?);
+            let image = format!("<img alt=\"{label}\" src=\"{}\">", data(run, &picture.id)?);
             framed(&image, &picture.title) + &comparer(&picture.columns, &[])
         }
     })
@@ -112,10 +113,11 @@ pub(crate) fn explorer(run: &RunDirectory, explorer: &Explorer) -> Result<String
         }
         Explorer::Pictures(columns, pictures) => {
             let source = |picture: &RecordedPicture| {
-                Ok(Source { name: picture.title.clone(), source: data(run, picture)? })
+                Ok(Source { name: picture.title.clone(), source: data(run, &picture.id)? })
             };
             comparer(columns, &pictures.iter().map(source).collect::<Result<Vec<_>, ReportError>>()?)
         }
+        Explorer::Film(film) => film::html(film, &data(run, &film.id)?),
     })
 }
 
@@ -137,8 +139,8 @@ fn comparer(columns: &PictureColumns, sources: &[Source]) -> String {
 }
 
 /// A recorded PNG as an address.
-fn data(run: &RunDirectory, picture: &RecordedPicture) -> Result<String, ReportError> {
-    let bytes = run.bytes(&format!("{}.png", picture.id))?;
+fn data(run: &RunDirectory, id: &str) -> Result<String, ReportError> {
+    let bytes = run.bytes(&format!("{id}.png"))?;
     Ok(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
 }
 

@@ -3,6 +3,7 @@
 mod archive;
 mod blocks;
 mod compact;
+mod film;
 mod pictures;
 mod tradeoffs;
 
@@ -16,13 +17,14 @@ use evaluation::Provenance;
 use std::fmt::Write as _;
 use std::path::Path;
 
-const STYLE: &str = include_str!("report.css");
+const STYLE: &str = concat!(include_str!("report.css"), include_str!("film.css"));
 const SCRIPT: &str = concat!(
     include_str!("archive.js"),
     include_str!("tables.js"),
     include_str!("pictures.js"),
     include_str!("charts.js"),
-    include_str!("candidates.js")
+    include_str!("candidates.js"),
+    include_str!("film.js")
 );
 /// The library of the interactive charts, with its style and licence; `assets/README.md` says where they are from.
 const LIBRARY: &str = include_str!("../../assets/uPlot.iife.min.js");

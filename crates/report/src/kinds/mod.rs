@@ -3,6 +3,7 @@
 mod bounds;
 mod filterable;
 mod quantization;
+mod ranking_map;
 pub(crate) mod reference;
 pub(crate) mod rows;
 mod search;
@@ -35,6 +36,7 @@ const KINDS: &[&KindPage] = &[
     &filterable::PAGE,
     &quantization::PAGE,
     &search::PAGE,
+    &ranking_map::PAGE,
     &stability::PAGE,
     &speed_accuracy::PAGE,
     &soft_shadows::PAGE,

@@ -90,6 +90,18 @@ pub(crate) enum Explorer {
     Chart { class: &'static str, data: String },
     /// Pictures with equal columns, one shown at a time.
     Pictures(PictureColumns, Vec<RecordedPicture>),
+    /// Frames that follow each other.
+    Film(Film),
+}
+
+/// A picture that the run recorded as a PNG with this file stem: frames of one size, one below the other.
+pub(crate) struct Film {
+    pub(crate) id: String,
+    pub(crate) title: String,
+    /// Of a frame in pixels.
+    pub(crate) size: [u32; 2],
+    /// Number of the path's frame that each shows.
+    pub(crate) frames: Vec<usize>,
 }
 
 impl Page {

@@ -2,10 +2,9 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, not_empty, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, check_bias};
-use crate::role::{Role, check_names};
-use crate::run::Recorded;
+use crate::role::{check_names, plays_a_role};
 use applications::{BiasSetting, ShadowMethod};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{FilteringError, KernelSpec, SurfaceCounter, TechniqueSpec};
@@ -94,15 +93,7 @@ pub struct Picture {
     pub techniques: Vec<String>,
 }
 
-impl Role for FilterableTechnique {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(FilterableTechnique);
 
 impl Settings for FilterableExperiment {
     const KIND: &'static str = "filterable";
@@ -146,9 +137,7 @@ impl Settings for FilterableExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         if !self.maps.views.is_empty() {
@@ -160,10 +149,6 @@ impl Settings for FilterableExperiment {
             picture.view.clear();
             picture.texel = None;
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 

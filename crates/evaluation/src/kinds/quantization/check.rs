@@ -4,9 +4,8 @@ use super::settings::QuantizationExperiment;
 use super::stored_technique::StoredTechnique;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{at_least, in_key, not_empty};
-use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::{SceneSettings, check_bias};
-use crate::run::Recorded;
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
+use crate::fragments::check_bias;
 use moment_problem::Basis;
 
 impl Settings for QuantizationExperiment {
@@ -58,11 +57,5 @@ impl Settings for QuantizationExperiment {
         StoredTechnique::check(self)
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
-    }
+    evaluated_on_scenes!();
 }

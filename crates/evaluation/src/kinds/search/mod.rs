@@ -19,9 +19,14 @@ mod sweep;
 mod timing;
 mod workload;
 
+pub(crate) use candidates::{Subsets, class};
 #[cfg(test)]
-pub(crate) use judge::{Finding, Verdict};
+pub(crate) use judge::Finding;
+pub(crate) use judge::Verdict;
 #[cfg(test)]
 pub(crate) use pieces::SearchPieces;
 pub use records::{MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, StageRecord};
+pub(crate) use run::STEPS;
 pub use settings::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};
+pub(crate) use sweep::Sweep;
+pub(crate) use workload::Workload;

@@ -3,10 +3,10 @@
 use crate::error::EvaluationError;
 use crate::experiment::Prediction;
 use crate::experiment::keys::{in_key, not_empty, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::kinds::filterable::FilterableTechnique;
-use crate::run::{Backend, Recorded};
+use crate::run::Backend;
 use applications::BiasSetting;
 use moment_problem::fast_simplex::MAX_ROWS;
 use moment_problem::{Basis, BasisFunction};
@@ -149,9 +149,7 @@ impl Settings for SearchExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn make_exhaustive(&mut self, scenery: &mut SceneSettings) -> bool {
         // One block of all fragments: nobody leaves before its end.
@@ -162,10 +160,6 @@ impl Settings for SearchExperiment {
 
     fn rounds(&self) -> usize {
         self.blocks
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 
     fn predict(&self, threads: usize, backend: Backend) -> Option<Result<Prediction, EvaluationError>> {

@@ -9,7 +9,8 @@ use crate::experiment::kind::RunContext;
 use crate::fragments::ViewRecord;
 use crate::provenance::sha256;
 use crate::shards::{self, Raw, Task};
-use moment_problem::fast_simplex::{FastFragment, SupportDistribution};
+use moment_problem::fast_simplex::{FastFragment, FunctionTable, SupportDistribution};
+use moment_problem::lane_simplex::FunctionSpan;
 use serde::{Deserialize, Serialize};
 
 /// Name of what all rounds need.
@@ -19,6 +20,9 @@ const ALL: &str = "search";
 #[derive(Deserialize, Serialize)]
 struct Common {
     digest: String,
+    /// The family on the support, whose values in double-double take longer than a small shard.
+    table: FunctionTable,
+    span: FunctionSpan,
     views: Vec<ViewRecord>,
     /// By block and view.
     sampled: Vec<Vec<u32>>,
@@ -128,7 +132,9 @@ impl SearchExperiment {
                 of_order[number] = control;
             }
         }
-        Ok((Workload::without_scenes(self, blocks, common.views)?, (controls, coordinates)))
+        let sampled = Some((common.table, common.span));
+        let workload = Workload::without_scenes(self, blocks, common.views, sampled)?;
+        Ok((workload, (controls, coordinates)))
     }
 
     /// Writes down what later tasks need, before the first round.
@@ -136,6 +142,8 @@ impl SearchExperiment {
         let workload = sweep.workload;
         let all = Common {
             digest: workload.digest(),
+            table: workload.table.clone(),
+            span: workload.span.clone(),
             views: workload.views.clone(),
             sampled: workload.blocks.iter().map(|block| block.sampled.clone()).collect(),
             idle: workload.blocks.iter().map(|block| block.idle.clone()).collect(),

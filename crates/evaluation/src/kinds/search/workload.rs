@@ -122,15 +122,17 @@ impl Workload {
             }
         }
         let blocks = builder.blocks.into_iter().map(Block::sorted).collect();
-        let without = Self::without_scenes(experiment, blocks, builder.views)?;
+        let without = Self::without_scenes(experiment, blocks, builder.views, None)?;
         Ok(Self { marks: builder.marks, references: builder.references, ..without })
     }
 
-    /// With blocks that were prepared before, and without what only tables need.
+    /// With blocks that were prepared before, and without what only tables need. `sampled` is the family on the support, where
+    /// it has been computed.
     pub(crate) fn without_scenes(
         experiment: &SearchExperiment,
         blocks: Vec<Block>,
         views: Vec<ViewRecord>,
+        sampled: Option<(FunctionTable, FunctionSpan)>,
     ) -> Result<Self, EvaluationError> {
         let mut functions = experiment.functions()?;
         let members = functions.len();
@@ -150,9 +152,16 @@ impl Workload {
         };
         let powers = places(Basis::power(largest));
         let waves = places(Basis::trigonometric(largest.div_ceil(2)));
-        let table = FunctionTable::new(&functions, &FunctionTable::uniform_depths(experiment.cells))
-            .map_err(|error| EvaluationError::Value(error.to_string()))?;
-        let span = FunctionSpan::new(&table);
+        let (table, span) = match sampled {
+            Some(sampled) => sampled,
+            None => {
+                let depths = FunctionTable::uniform_depths(experiment.cells);
+                let table = FunctionTable::new(&functions, &depths)
+                    .map_err(|error| EvaluationError::Value(error.to_string()))?;
+                let span = FunctionSpan::new(&table);
+                (table, span)
+            }
+        };
         Ok(Self {
             table,
             span,

@@ -230,6 +230,7 @@ impl Bench<'_> {
                 map_size: of.at.map_size,
                 width: of.at.output[0],
                 height: of.at.output[1],
+                depth_samples: 1,
                 kernel: 0,
                 route: FrameRoute::Compute,
                 pass: pass.pass.to_owned(),

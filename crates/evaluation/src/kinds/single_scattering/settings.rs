@@ -5,11 +5,10 @@ use super::standpoint::StandpointSetting;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
 use crate::experiment::keys::{at_least, in_key, not_empty, place_of, refuse, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
 use crate::pictures::{check_camera, check_output, check_picture};
-use crate::role::{Role, check_names, named};
-use crate::run::Recorded;
+use crate::role::{check_names, named, plays_a_role};
 use applications::scattering::{Medium, MediumError};
 use moment_problem::MomentBound;
 use quantization::NumberFormat;
@@ -176,15 +175,7 @@ fn unstretched() -> f32 {
     1.0
 }
 
-impl Role for ScatteringTechnique {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(ScatteringTechnique);
 
 /// Rows of fewer texels hold nothing that could be summed.
 const LEAST_COLUMNS: usize = 2;
@@ -237,9 +228,7 @@ impl Settings for SingleScatteringExperiment {
         self.check_pictures()
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         let scene = self.scenery.scenes[0].clone();
@@ -252,10 +241,6 @@ impl Settings for SingleScatteringExperiment {
             picture.scene.clone_from(&scene);
             picture.view.clear();
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 

@@ -4,12 +4,11 @@ use super::method::MethodSetting;
 use super::sweep::Sweep;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
 use crate::lit_frames::MAX_TAPS;
 use crate::pictures::{check_camera, check_output, check_picture};
-use crate::role::{Role, check_names, named};
-use crate::run::Recorded;
+use crate::role::{check_names, named, plays_a_role};
 use crate::timing::TimingSetting;
 use applications::field::Table;
 use scenes::{AreaLight, LightView};
@@ -162,15 +161,7 @@ impl SoftPicture {
     }
 }
 
-impl Role for SoftTechnique {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(SoftTechnique);
 
 impl Settings for SoftShadowsExperiment {
     const KIND: &'static str = "soft-shadows";
@@ -254,9 +245,7 @@ impl Settings for SoftShadowsExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         for pictures in [&mut self.picture, &mut self.receiver] {
@@ -266,10 +255,6 @@ impl Settings for SoftShadowsExperiment {
                 picture.view.clear();
             }
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 

@@ -7,7 +7,7 @@ use shadow_filtering::{FilteringError, Kernel};
 use std::path::Path;
 
 /// The experiment whose candidates are raced unless a file is given.
-pub(crate) const DEFAULT_CANDIDATES: &str = include_str!("../../../../../experiments/speed-accuracy.toml");
+pub(crate) const DEFAULT_CANDIDATES: &str = include_str!("../../../candidates/speed-accuracy.toml");
 
 impl SpeedAccuracyExperiment {
     /// The experiment whose techniques `msm advise` races, or that of a file.

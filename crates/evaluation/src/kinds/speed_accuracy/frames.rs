@@ -28,7 +28,11 @@ struct Point {
     map_size: u32,
     output: [u32; 2],
     kernel: usize,
+    samples: u32,
 }
+
+/// Depth samples a texel where nothing else is asked for, as in MSM15.
+pub(super) const SAMPLES: u32 = 4;
 
 /// Name of percentage-closer filtering with a receiver plane among the frames.
 pub const COMPARED_FRAME: &str = "PCF with receiver plane";
@@ -36,12 +40,14 @@ pub const COMPARED_FRAME: &str = "PCF with receiver plane";
 impl FrameTiming {
     /// The middle of everything, then each parameter on its own.
     fn points(&self) -> Vec<Point> {
-        let first = Point { map_size: self.map_size, output: self.output, kernel: self.kernel };
+        let (map_size, output) = (self.map_size, self.output);
+        let first = Point { map_size, output, kernel: self.kernel, samples: SAMPLES };
         let mut points = vec![first];
         let sizes = self.map_sizes.iter().map(|&map_size| Point { map_size, ..first });
         let outputs = self.outputs.iter().map(|&output| Point { output, ..first });
         let kernels = self.kernels.iter().map(|&kernel| Point { kernel, ..first });
-        for point in sizes.chain(outputs).chain(kernels) {
+        let samples = self.samples.iter().map(|&samples| Point { samples, ..first });
+        for point in sizes.chain(outputs).chain(kernels).chain(samples) {
             if !points.contains(&point) {
                 points.push(point);
             }
@@ -125,13 +131,13 @@ impl SpeedPlan<'_> {
                 map_size: point.map_size,
                 width: point.output[0],
                 height: point.output[1],
-                samples: 4,
+                samples: point.samples,
                 mip_maps: true,
                 bias: 0.002,
                 leak_reduction: 0.0,
                 route: Route::Fragment,
             };
-            let mut techniques = self.frame_shaders(&kernel);
+            let mut techniques = self.frame_shaders(&kernel, point.samples);
             techniques.retain(|(name, format, _)| {
                 let label = format!("{name}, {format}");
                 timing.techniques.is_empty() || format == "depth" || timing.techniques.contains(&label)
@@ -173,6 +179,7 @@ impl SpeedPlan<'_> {
                             width: point.output[0],
                             height: point.output[1],
                             kernel: point.kernel,
+                            depth_samples: point.samples,
                             route,
                             pass: pass.pass.to_owned(),
                             least_bytes,
@@ -189,9 +196,9 @@ impl SpeedPlan<'_> {
         Ok(())
     }
 
-    fn frame_shaders(&self, kernel: &Kernel) -> Vec<(String, String, FrameShaders)> {
+    fn frame_shaders(&self, kernel: &Kernel, samples: u32) -> Vec<(String, String, FrameShaders)> {
         let candidates = self.candidates.iter().filter_map(|candidate| {
-            let passes = candidate.technique().passes(kernel, 4)?;
+            let passes = candidate.technique().passes(kernel, samples)?;
             Some((candidate.name.clone(), candidate.format.clone(), passes))
         });
         let limit = self.experiment.scenery.plane_limit;
@@ -214,6 +221,9 @@ impl SpeedAccuracyExperiment {
         }
         if let Some(label) = timing.techniques.iter().find(|label| !self.is_candidate(label)) {
             return fail("techniques", format!("technique `{label}` is not a candidate (`NAME, FORMAT`)"));
+        }
+        if let Some(samples) = timing.samples.iter().find(|&&samples| samples != 1 && samples != SAMPLES) {
+            return fail("samples", format!("{samples} depth samples a texel: 1 and {SAMPLES} are possible"));
         }
         for point in timing.points() {
             if gaussian(point.kernel).is_none() {
@@ -250,6 +260,7 @@ mod tests {
             map_sizes: Vec::new(),
             outputs: Vec::new(),
             kernels: Vec::new(),
+            samples: vec![1],
             techniques: Vec::new(),
             routes: vec![FrameRoute::Fragment],
             frames: 1,

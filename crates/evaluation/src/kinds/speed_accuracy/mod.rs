@@ -5,6 +5,7 @@ mod candidate;
 mod candidates;
 mod cost;
 mod frames;
+mod measured;
 mod orders;
 mod picture;
 mod records;
@@ -15,6 +16,7 @@ mod timing;
 
 pub(crate) use candidate::moment_operations;
 pub(crate) use cost::{FETCH, FrameCost};
+pub(crate) use measured::MeasuredFrames;
 pub(crate) use orders::needed;
 pub(crate) use scenery::{FreeParameters, SceneView, SpeedPlan};
 

@@ -86,6 +86,11 @@ pub enum FrameRoute {
     Unchecked,
 }
 
+/// What runs were recorded with before it was varied.
+fn four() -> u32 {
+    4
+}
+
 /// Runs from before there was a choice.
 fn fragment() -> FrameRoute {
     FrameRoute::Fragment
@@ -116,6 +121,9 @@ pub struct FrameSample {
     pub height: u32,
     /// Size of the filter kernel in texels.
     pub kernel: usize,
+    /// Depth samples a texel of the shadow map.
+    #[serde(default = "four")]
+    pub depth_samples: u32,
     /// `fragment`, `compute`, or `unchecked` for compute passes without run-time checks.
     #[serde(default = "fragment")]
     pub route: FrameRoute,

@@ -4,11 +4,10 @@ use super::candidate::Candidate;
 use super::records::FrameRoute;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{file_name, in_key, not_empty, words};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::SceneSettings;
 use crate::pictures::check_output;
-use crate::role::{Role, check_roles};
-use crate::run::Recorded;
+use crate::role::{check_roles, plays_a_role};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
 
@@ -126,6 +125,9 @@ pub struct FrameTiming {
     /// Other kernel sizes.
     #[serde(default)]
     pub kernels: Vec<usize>,
+    /// Other numbers of depth samples a texel of the shadow map: 1, beside the 4 of all others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub samples: Vec<u32>,
     /// `NAME, FORMAT` of the techniques that are timed; all that have a shader without.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub techniques: Vec<String>,
@@ -212,15 +214,7 @@ pub struct ComparisonSetting {
     pub kernel: KernelSpec,
 }
 
-impl Role for CandidateSetting {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(CandidateSetting);
 
 impl Settings for SpeedAccuracyExperiment {
     const KIND: &'static str = "speed-accuracy";
@@ -299,9 +293,7 @@ impl Settings for SpeedAccuracyExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         // A stack has no camera.
@@ -310,10 +302,6 @@ impl Settings for SpeedAccuracyExperiment {
             picture.scene.clone_from(&self.scenery.scenes[0]);
             picture.view.clear();
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 

@@ -4,10 +4,8 @@ use super::method::Prepared;
 use super::settings::{Shape, Span, StabilityExperiment};
 use crate::error::EvaluationError;
 use crate::experiment::keys::{at_least, in_key, unique};
-use crate::experiment::kind::{RunContext, Settings};
-use crate::fragments::SceneSettings;
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::role::check_names;
-use crate::run::Recorded;
 
 /// Most cells along a knob.
 const MAX_CELLS: usize = 64;
@@ -48,11 +46,5 @@ impl Settings for StabilityExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
-    }
+    evaluated_on_scenes!();
 }

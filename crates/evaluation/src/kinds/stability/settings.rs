@@ -2,7 +2,7 @@
 
 use crate::experiment::Alphas;
 use crate::fragments::SceneSettings;
-use crate::role::Role;
+use crate::role::plays_a_role;
 use moment_problem::MomentBound;
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, TechniqueSpec};
@@ -144,15 +144,7 @@ impl StabilityMethod {
     }
 }
 
-impl Role for StabilityMethod {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(StabilityMethod);
 
 impl Span {
     /// The value at a fraction of the way, in logarithms.

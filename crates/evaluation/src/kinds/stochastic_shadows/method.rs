@@ -4,7 +4,7 @@ use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, refuse};
 use crate::kinds::soft_shadows::MethodSetting;
 use crate::lit_frames::Anew;
-use crate::role::Role;
+use crate::role::plays_a_role;
 use applications::stochastic::{Footprint, PlaneFilter, SampleCentre};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, Technique, TechniqueSpec};
@@ -168,15 +168,7 @@ const MAX_PLANES: usize = 64;
 /// Largest side of a map: every texel is a ray.
 const MAX_SIDE: u32 = 4096;
 
-impl Role for StochasticTechnique {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(StochasticTechnique);
 
 impl StochasticTechnique {
     /// What it does.

@@ -4,12 +4,11 @@ use super::method::{Choice, StochasticTechnique};
 use super::shading::{LitFrame, Named};
 use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, TruthSetting};
 use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Scenery, Sight, check_zoom};
 use crate::pictures::{check_camera, check_picture};
 use crate::role::{check_names, named};
-use crate::run::Recorded;
 use crate::timing::TimingSetting;
 use scenes::LightView;
 use serde::{Deserialize, Serialize};
@@ -120,9 +119,7 @@ impl Settings for StochasticShadowsExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         // Every scene has a lamp, and views were cleared with the scenes.
@@ -133,10 +130,6 @@ impl Settings for StochasticShadowsExperiment {
             picture.scene.clone_from(scene);
             picture.view.clear();
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
     }
 }
 

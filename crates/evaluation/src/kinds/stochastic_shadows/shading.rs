@@ -7,7 +7,9 @@ use crate::lit_frames::{MappedLight, Scenery, Seen, Sight, on_map};
 use crate::statistics::rounded;
 use applications::rays::PosedTriangles;
 use applications::samples::{PoissonTaps, TapShape};
-use applications::stochastic::{FilteredPlane, Lens, LensMap, between_planes, filter_plane};
+use applications::stochastic::{
+    FilteredPlane, Lens, LensMap, PlaneFragment, PlaneSet, between_planes, filter_plane,
+};
 use rayon::prelude::*;
 use scenes::vector::dot;
 use scenes::{LightView, Outline, Scene};
@@ -49,11 +51,10 @@ pub(crate) struct Group {
     members: Vec<Member>,
     light: MappedLight,
     /// Distances of the planes from the light.
-    distances: Vec<f64>,
+    single_distances: Vec<f32>,
     depths: Vec<f64>,
     focus: usize,
-    planes: Vec<FilteredPlane>,
-    channels: usize,
+    planes: Vec<FilteredPlane<f32>>,
 }
 
 /// Maps that were traced already, by side, plane in focus and stream.
@@ -136,7 +137,7 @@ impl<'a> LitFrame<'a> {
         let filter = setting.filter();
         let taps = PoissonTaps::new(TapShape::Disc, filter.edge_taps, seed, EDGE_STREAM);
         let needed = self.needed(&light, &distances);
-        let mut planes: Vec<FilteredPlane> = distances
+        let mut planes: Vec<FilteredPlane<f32>> = distances
             .iter()
             .zip(&needed)
             .map(|(&distance, needed)| {
@@ -152,7 +153,8 @@ impl<'a> LitFrame<'a> {
                 }
             });
         }
-        Ok(Group { members, light, distances, depths, focus, planes, channels })
+        let single_distances = distances.iter().map(|&distance| distance as f32).collect();
+        Ok(Group { members, light, single_distances, depths, focus, planes })
     }
 
     /// Depths of the planes.
@@ -273,34 +275,20 @@ impl Group {
             return Ok(None);
         };
         let distance = light.frame.near + placed.depth * light.frame.depth_range;
-        let Some((lower, share)) = between_planes(&self.distances, distance) else { return Ok(None) };
-        let upper = (lower + 1).min(self.planes.len() - 1);
         let Member { first, basis, blend_shadows, .. } = &self.members[member];
-        let own = *first..first + basis.channels();
-        let read = |plane: usize| {
-            let mut values = vec![0.0f32; self.channels];
-            self.planes[plane].at(placed.fragment.position, &mut values)?;
-            Some(values[own.clone()].to_vec())
+        let set = PlaneSet {
+            distances: &self.single_distances,
+            planes: &self.planes,
+            technique: basis,
+            channels: *first..first + basis.channels(),
+            blend_shadows: *blend_shadows,
         };
-        let compared = (placed.depth - placed.fragment.bias) as f32;
-        let shade = |values: &[f32]| -> Result<f64, String> {
-            let mut b = vec![0.0f32; values.len()];
-            basis.restore(values, &mut b);
-            basis.shade(&b, compared).map(f64::from).map_err(|error| error.to_string())
+        let fragment = PlaneFragment {
+            position: placed.fragment.position.map(|t| t as f32),
+            distance: distance as f32,
+            compared: (placed.depth - placed.fragment.bias) as f32,
         };
-        let (near, far) = (read(lower), if share > 0.0 { read(upper) } else { None });
-        Ok(match (near, far) {
-            (Some(near), Some(far)) if *blend_shadows => {
-                let (near, far) = (shade(&near)?, shade(&far)?);
-                Some(near + share * (far - near))
-            }
-            (Some(near), Some(far)) => {
-                let pairs = near.iter().zip(&far);
-                let blended: Vec<f32> = pairs.map(|(a, b)| a + share as f32 * (b - a)).collect();
-                Some(shade(&blended)?)
-            }
-            (Some(one), None) | (None, Some(one)) => Some(shade(&one)?),
-            (None, None) => None,
-        })
+        let shadow = set.shadow(&fragment).map_err(|error| error.to_string())?;
+        Ok(shadow.map(f64::from))
     }
 }

@@ -5,7 +5,7 @@ use crate::experiment::keys::in_key;
 use crate::kinds::soft_shadows::MethodSetting;
 use crate::kinds::stochastic_shadows::StochasticSetting;
 use crate::lit_frames::Anew;
-use crate::role::Role;
+use crate::role::plays_a_role;
 use applications::temporal::{FilterSource, MovingCasters, TemporalMethod};
 use quantization::NumberFormat;
 use serde::{Deserialize, Serialize};
@@ -207,15 +207,7 @@ impl From<TemporalTechnique> for Written {
     }
 }
 
-impl Role for TemporalTechnique {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(TemporalTechnique);
 
 impl MethodChoice {
     /// Nothing for methods that gather or sample the light.

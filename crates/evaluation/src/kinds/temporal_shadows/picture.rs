@@ -1,18 +1,20 @@
 //! Pictures of frames: the truth, then techniques, each beside the other and with magnified parts below.
 
+use super::animation::Reel;
 use super::judge::At;
 use super::records::TemporalPictureRecord;
-use super::run::{LitPixels, Plan};
+use super::run::{Lighting, LitPixels, Plan};
 use super::settings::{TemporalPicture, TemporalShadowsExperiment};
 use crate::error::EvaluationError;
 use crate::kinds::filterable::map_name;
-use crate::lit_frames::{Lit, MappedLight, Ready, Stage};
+use crate::lit_frames::{Lit, MappedLight, Ready, Sight, Stage};
 use crate::pictures::{png, side_by_side, signed_grey};
 use crate::run_directory::RecordedFile;
 use crate::statistics::rounded;
 use applications::temporal::Shaded;
 use image::{DynamicImage, GrayImage, RgbaImage, imageops};
 use rayon::prelude::*;
+use scenes::LightView;
 
 /// A judged frame under a light.
 pub(super) struct Shown<'a> {
@@ -48,6 +50,7 @@ struct Page<'a> {
 pub(super) struct Album<'a> {
     experiment: &'a TemporalShadowsExperiment,
     pages: Vec<Page<'a>>,
+    reels: Vec<Reel<'a>>,
 }
 
 /// Pictures, and rows with the places of their pictures.
@@ -61,20 +64,19 @@ impl<'a> Album<'a> {
     ) -> Result<Self, EvaluationError> {
         let mut pages = Vec::new();
         for (i, setting) in experiment.picture.iter().enumerate() {
-            let refused = |key: &str, what: &str| {
-                let reason = format!("picture `{}`: {what} is not evaluated", setting.id);
-                EvaluationError::key(format!("picture[{i}].{key}"), reason)
-            };
-            let stage = stages.iter().find(|stage| stage.label == setting.scene);
-            let stage = stage.ok_or_else(|| refused("scene", &format!("scene `{}`", setting.scene)))?;
-            let views = stage.views(&experiment.scenery.views)?;
-            let is_meant = |name: &str| setting.view.is_empty() || setting.view == name;
-            let view = views.iter().find(|view| is_meant(&view.name));
-            let view = view.ok_or_else(|| refused("view", &format!("view `{}`", setting.view)))?;
-            let view = view.name.clone();
+            let place = format!("picture[{i}]");
+            let scene = (setting.scene.as_str(), setting.view.as_str());
+            let view = experiment.view_of(stages, ("picture", &setting.id, &place), scene)?;
             pages.push(Page { setting, view, cells: Vec::new(), truth: None, constant: false });
         }
-        Ok(Self { experiment, pages })
+        Ok(Self { experiment, pages, reels: Reel::all(experiment, stages)? })
+    }
+
+    /// What a frame has for the animations, judged or not.
+    pub(super) fn film(&mut self, at: &At<'_>, lighting: &Lighting<'_>) {
+        let names = [&self.experiment.light[lighting.setting].name, &self.experiment.path[at.path].name]
+            .map(String::as_str);
+        self.reels.iter_mut().for_each(|reel| reel.take(at, names, lighting));
     }
 
     /// What a frame has for the pictures.
@@ -129,6 +131,9 @@ impl<'a> Album<'a> {
     /// Pictures, grey maps of shadow - truth in the last frame, and the rows of pictures.csv, each with its picture's place.
     pub(super) fn files(&self) -> Result<Drawn, EvaluationError> {
         let (mut files, mut rows) = (Vec::new(), Vec::new());
+        for reel in &self.reels {
+            files.extend(reel.file()?);
+        }
         let [width, height] = self.experiment.camera;
         for (place, page) in self.pages.iter().enumerate() {
             let Some((truth, image)) = &page.truth else { continue };
@@ -182,13 +187,17 @@ impl Cell {
 impl Shown<'_> {
     /// The frame without its border.
     fn picture(&self, shadows: &[Option<f64>]) -> RgbaImage {
-        // Surfaces that face away from the light are dark by their cosine.
-        let visibility: Vec<f32> = shadows.iter().map(|shadow| 1.0 - shadow.unwrap_or(0.0) as f32).collect();
-        let sight = self.at.sight;
-        let whole = sight.frame.shade(&self.light.view, &visibility);
-        let [x, y] = sight.margin;
-        imageops::crop_imm(&whole, x, y, whole.width() - 2 * x, whole.height() - 2 * y).to_image()
+        shaded(self.at.sight, &self.light.view, shadows)
     }
+}
+
+/// A frame under a light, without its border.
+pub(super) fn shaded(sight: &Sight, light: &LightView, shadows: &[Option<f64>]) -> RgbaImage {
+    // Surfaces that face away from the light are dark by their cosine.
+    let visibility: Vec<f32> = shadows.iter().map(|shadow| 1.0 - shadow.unwrap_or(0.0) as f32).collect();
+    let whole = sight.frame.shade(light, &visibility);
+    let [x, y] = sight.margin;
+    imageops::crop_imm(&whole, x, y, whole.width() - 2 * x, whole.height() - 2 * y).to_image()
 }
 
 /// Every pixel by a method without memory; what fails stays lit, and the records count it.

@@ -215,19 +215,11 @@ impl Plan<'_> {
             let wholes = if judged { Some(self.wholes(&scenery, frame)?) } else { None };
             for lighting in &mut lightings {
                 let lit = self.gather(&scenery, (sight, last), lighting, (frame, exact));
+                let at =
+                    At { stage, path, frame, scenery: &scenery, sight, last, ages: &ages, largest, constant };
+                album.film(&at, lighting);
                 if let Some((now, then)) = &wholes {
                     let whole = (now.triangles(), then.as_ref().map(|then| then.triangles()));
-                    let at = At {
-                        stage,
-                        path,
-                        frame,
-                        scenery: &scenery,
-                        sight,
-                        last,
-                        ages: &ages,
-                        largest,
-                        constant,
-                    };
                     self.judge(&at, whole, lighting, &lit, ledger, album)?;
                 }
             }

@@ -1,14 +1,14 @@
 //! The TOML keys of the kind `temporal-shadows`.
 
+use super::animation::TemporalAnimation;
 use super::method::{MethodChoice, TemporalTechnique};
 use crate::error::EvaluationError;
 use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, TruthSetting};
-use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Window, check_zoom};
+use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Stage, Window, check_zoom};
 use crate::pictures::{check_camera, check_picture};
 use crate::role::{check_names, named};
-use crate::run::Recorded;
 use crate::timing::TimingSetting;
 use scenes::{CameraPath, Movement};
 use serde::{Deserialize, Serialize};
@@ -45,6 +45,9 @@ pub struct TemporalShadowsExperiment {
     /// Pictures.
     #[serde(default)]
     pub picture: Vec<TemporalPicture>,
+    /// Frames that a page can play.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub animation: Vec<TemporalAnimation>,
 }
 
 /// A way through frames.
@@ -100,6 +103,9 @@ pub struct TemporalPicture {
     #[serde(default)]
     pub insets: Vec<[u32; 3]>,
 }
+
+/// Most frames of an animation: they lie in one picture.
+const MAX_SHOWN: usize = 64;
 
 /// Most frames of a path.
 const MAX_FRAMES: usize = 1 << 16;
@@ -195,12 +201,14 @@ impl Settings for TemporalShadowsExperiment {
         for (i, picture) in self.picture.iter().enumerate() {
             self.check_picture(picture, &format!("picture[{i}]"))?;
         }
+        unique(("animation", "id", "animation"), self.animation.iter().map(|a| a.id.as_str()))?;
+        for (i, animation) in self.animation.iter().enumerate() {
+            self.check_animation(animation, &format!("animation[{i}]"))?;
+        }
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         // Every scene has a lamp, and views were cleared with the scenes.
@@ -210,10 +218,10 @@ impl Settings for TemporalShadowsExperiment {
             picture.scene.clone_from(scene);
             picture.view.clear();
         }
-    }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
+        for animation in &mut self.animation {
+            animation.scene.clone_from(scene);
+            animation.view.clear();
+        }
     }
 }
 
@@ -229,6 +237,56 @@ impl TemporalShadowsExperiment {
             MethodChoice::Temporal(method) => Some((i, method)),
             MethodChoice::Taps(_) | MethodChoice::Soft(_) | MethodChoice::Stochastic(_) => None,
         })
+    }
+
+    /// The name of a scene's view: that of `view`, or the first of those that are evaluated. `item` is a kind of picture with its
+    /// id and key.
+    pub(super) fn view_of(
+        &self,
+        stages: &[Stage],
+        item: (&str, &str, &str),
+        (scene, view): (&str, &str),
+    ) -> Result<String, EvaluationError> {
+        let (kind, id, place) = item;
+        let refused = |key: &str, what: String| {
+            EvaluationError::key(format!("{place}.{key}"), format!("{kind} `{id}`: {what} is not evaluated"))
+        };
+        let stage = stages.iter().find(|stage| stage.label == scene);
+        let stage = stage.ok_or_else(|| refused("scene", format!("scene `{scene}`")))?;
+        let views = stage.views(&self.scenery.views)?;
+        let found = views.iter().find(|known| view.is_empty() || view == known.name);
+        Ok(found.ok_or_else(|| refused("view", format!("view `{view}`")))?.name.clone())
+    }
+
+    fn check_animation(&self, animation: &TemporalAnimation, place: &str) -> Result<(), EvaluationError> {
+        check_picture(place, &animation.id, self.camera, &[])?;
+        if self.picture.iter().any(|picture| picture.id == animation.id) {
+            return refuse(format!("{place}.id"), format!("animation `{}` has a picture's id", animation.id));
+        }
+        let lights = self.light.iter().map(|light| light.name.as_str());
+        place_of(lights, ("light", &animation.light), &format!("{place}.light"))?;
+        let paths = self.path.iter().map(|path| path.name.as_str());
+        let path = &self.path[place_of(paths, ("path", &animation.path), &format!("{place}.path"))?];
+        let key = format!("{place}.techniques");
+        let shown = named(&self.technique, &animation.techniques, &key)?;
+        if shown.is_empty() {
+            return refuse(key, format!("animation `{}` shows no technique", animation.id));
+        }
+        for index in shown {
+            let name = &self.technique[index].name;
+            if !self.gathering().any(|(gathering, method)| gathering == index && !method.exact) {
+                return refuse(key, format!("technique `{name}` does not gather in every frame"));
+            }
+        }
+        let every = animation.every;
+        if !(1..=path.frames).contains(&every) || animation.shown(path.frames) > MAX_SHOWN {
+            let reason = format!(
+                "animation `{}`: every = {every} does not leave 1 to {MAX_SHOWN} frames of path `{}`",
+                animation.id, path.name
+            );
+            return refuse(format!("{place}.every"), reason);
+        }
+        Ok(())
     }
 
     fn check_picture(&self, picture: &TemporalPicture, place: &str) -> Result<(), EvaluationError> {

@@ -2,7 +2,7 @@
 
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
-use crate::role::Role;
+use crate::role::plays_a_role;
 use applications::translucency::{OpaqueOccluders, Rounding, TranslucentMethod, Treatment};
 use quantization::NumberFormat;
 use serde::{Deserialize, Serialize};
@@ -80,15 +80,7 @@ fn opaque_moments() -> Result<TechniqueSpec, FilteringError> {
     })
 }
 
-impl Role for TranslucentTechnique {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn role(&self) -> Option<&str> {
-        self.role.as_deref()
-    }
-}
+plays_a_role!(TranslucentTechnique);
 
 impl TranslucentTechnique {
     pub(super) fn check(&self, place: &str) -> Result<(), EvaluationError> {

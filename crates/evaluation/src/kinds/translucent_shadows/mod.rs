@@ -13,9 +13,14 @@ mod stability;
 mod timing;
 mod view;
 
+pub(crate) use run::Plan;
+pub(crate) use view::View;
+
 pub use method::{BlendOrder, TranslucentTechnique};
 pub use records::{
     BlendingRecord, ColourRecord, TranslucentCost, TranslucentGroup, TranslucentPictureRecord,
     TranslucentRecord, TranslucentViewRecord,
 };
-pub use settings::{ColourSetting, TranslucentPicture, TranslucentShadowsExperiment, TranslucentStability};
+pub use settings::{
+    ColourSetting, TranslucentAdvice, TranslucentPicture, TranslucentShadowsExperiment, TranslucentStability,
+};

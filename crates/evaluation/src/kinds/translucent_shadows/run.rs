@@ -1,18 +1,22 @@
 //! From an experiment to its tables.
 
-use super::records::{TranslucentCost, TranslucentGroup, TranslucentRecord};
+use super::records::{
+    ColourRecord, TranslucentCost, TranslucentGroup, TranslucentRecord, TranslucentViewRecord,
+};
 use super::settings::TranslucentShadowsExperiment;
-use super::view::{Sample, View};
+use super::view::{Group, Sample, View};
 use super::{colour, picture, stability, timing};
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::fragments::{LoadedScene, spread};
 use crate::run::Recorded;
 use crate::run_directory::RecordedFile;
+use crate::shards::{self, Gathered};
 use crate::statistics::{ErrorSummary, rounded, rounded_to};
 use applications::translucency::TranslucentMethod;
 use applications::truths;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{Kernel, Receiver};
 
 /// Names of the classes.
@@ -33,23 +37,44 @@ const OPACITIES: [(f64, &str); 4] =
 const COUNTED: usize = 200;
 
 /// The experiment with its methods built.
-pub(super) struct Plan<'a> {
-    pub(super) experiment: &'a TranslucentShadowsExperiment,
-    pub(super) kernel: Kernel,
-    pub(super) methods: Vec<TranslucentMethod>,
+pub(crate) struct Plan<'a> {
+    pub(crate) experiment: &'a TranslucentShadowsExperiment,
+    pub(crate) kernel: Kernel,
+    pub(crate) methods: Vec<TranslucentMethod>,
 }
 
 /// One technique on one receiver.
-#[derive(Clone, Copy, Debug)]
-struct Outcome {
-    sample: Sample,
-    truth: f64,
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+struct Answer {
     /// G - F; NaN where it failed.
     error: f64,
     /// F_Z - G.
     leak: f64,
     /// Distance from \[0, 1\] before the answer was moved there.
     outside: f64,
+}
+
+/// An answer with what it is about.
+#[derive(Clone, Copy, Debug)]
+struct Outcome {
+    group: Group,
+    truth: f64,
+    answer: Answer,
+}
+
+/// What judging a view leaves.
+#[derive(Clone, Deserialize, Serialize)]
+struct Found {
+    row: TranslucentViewRecord,
+    /// Surfaces that are drawn into a texel on average.
+    layers: f64,
+    /// By receiver.
+    groups: Vec<Group>,
+    truths: Vec<f64>,
+    /// By technique and receiver, with the reason where some failed.
+    judged: Vec<(Vec<Answer>, String)>,
+    costs: Vec<TranslucentCost>,
+    colours: Vec<ColourRecord>,
 }
 
 /// A technique on all views, by scene and view.
@@ -60,44 +85,48 @@ struct Judged {
 }
 
 impl TranslucentShadowsExperiment {
-    /// Judges view by view, then draws.
+    /// Judges view by view, then draws, and times alone.
     pub(super) fn evaluate(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        let methods = self.technique.iter().map(|technique| technique.method()).collect::<Result<_, _>>()?;
-        let plan = Plan { experiment: self, kernel: self.scenery.filter()?, methods };
+        let plan = Plan::new(self)?;
         let scenes = LoadedScene::load_all(&self.scenery.scenes, &self.scenery.views)?;
         picture::check(self, &scenes)?;
+        if !scenes.iter().any(LoadedScene::may_be_translucent) {
+            let reason = format!("nothing on {} lets light through", self.scenery.scenes.join(", "));
+            return Err(EvaluationError::key("scenes", reason));
+        }
         let views: Vec<_> =
             scenes.iter().flat_map(|scene| scene.lights.iter().map(move |light| (scene, light))).collect();
+        let view = |number: usize| View::new(self, &plan.kernel, views[number], number);
+        let one = |number: usize| {
+            let (loaded, light) = views[number];
+            let is_first = std::ptr::eq(light, &loaded.lights[0]);
+            let view = view(number)?;
+            let colours = if is_first { colour::records(&plan, views[number], &view)? } else { Vec::new() };
+            plan.found([loaded.label, light.name.as_str()], &view, colours)
+        };
+        let found = match shards::numbered(context, "views", &vec![1; views.len()], &one)? {
+            Gathered::All(found) => found,
+            Gathered::Part(recorded) => return Ok(recorded),
+        };
         let mut judged: Vec<Judged> = self.technique.iter().map(|_| Judged::default()).collect();
-        let (mut view_rows, mut costs) = (Vec::new(), Vec::new());
-        let (mut colours, mut layers, mut samples) = (Vec::new(), 0.0, Vec::new());
-        let total = views.len() * self.technique.len();
-        for (number, &(loaded, light)) in views.iter().enumerate() {
-            let view = View::new(self, &plan.kernel, (loaded, light), number)?;
-            let names = [loaded.label, light.name.as_str()];
-            let shadow = view.shadow(self, &plan.kernel);
-            let receivers: Vec<Receiver> = view.samples.iter().map(|sample| sample.receiver).collect();
-            let truth = truths(&shadow, &receivers);
-            view_rows.push(view.record(names, &truth));
-            if number == 0 {
-                layers = view.drawn();
-                samples = timing::time(&plan, &view)?;
-            }
-            for (index, judged) in judged.iter_mut().enumerate() {
-                let (outcomes, error) = plan.judge(index, &view, &truth)?;
-                judged.views.push((names.map(str::to_owned), outcomes));
+        let (mut view_rows, mut colours) = (Vec::new(), Vec::new());
+        let layers = found.first().map_or(0.0, |first| first.layers);
+        let costs = found.first().map(|first| first.costs.clone()).unwrap_or_default();
+        for found in found {
+            let names = [&found.row.scene, &found.row.view].map(String::clone);
+            for (judged, (answers, error)) in judged.iter_mut().zip(found.judged) {
+                let receivers = found.groups.iter().zip(&found.truths).zip(answers);
+                let outcomes =
+                    receivers.map(|((&group, &truth), answer)| Outcome { group, truth, answer }).collect();
+                judged.views.push((names.clone(), outcomes));
                 if judged.error.is_empty() {
                     judged.error = error;
                 }
-                if number == 0 {
-                    costs.push(plan.cost(index, &view)?);
-                }
-                (context.progress)(number * self.technique.len() + index + 1, total);
             }
-            if std::ptr::eq(light, &loaded.lights[0]) {
-                colours.extend(colour::records(&plan, (loaded, light), &view)?);
-            }
+            view_rows.push(found.row);
+            colours.extend(found.colours);
         }
+        let samples = if views.is_empty() { Vec::new() } else { timing::time(&plan, &view(0)?)? };
         let rows: Vec<TranslucentRecord> = judged
             .iter()
             .enumerate()
@@ -151,21 +180,22 @@ impl TranslucentShadowsExperiment {
 
     /// A technique by the layers in front of receivers, and by their opacity.
     fn groups(&self, index: usize, judged: &Judged) -> Vec<TranslucentGroup> {
-        let all = judged.views.iter().flat_map(|(_, outcomes)| outcomes).filter(|o| o.error.is_finite());
+        let all =
+            judged.views.iter().flat_map(|(_, outcomes)| outcomes).filter(|o| o.answer.error.is_finite());
         let (mut layers, mut opacities) = (vec![Vec::new(); LAYERS.len()], vec![Vec::new(); OPACITIES.len()]);
         for outcome in all {
-            let sample = &outcome.sample;
-            let place = LAYERS.partition_point(|&(least, _)| least <= sample.layers).saturating_sub(1);
+            let group = &outcome.group;
+            let place = LAYERS.partition_point(|&(least, _)| least <= group.layers).saturating_sub(1);
             layers[place].push(outcome);
-            if sample.layers > 0 {
-                let place = OPACITIES.partition_point(|&(end, _)| end < sample.opacity);
+            if group.layers > 0 {
+                let place = OPACITIES.partition_point(|&(end, _)| end < group.opacity);
                 opacities[place.min(OPACITIES.len() - 1)].push(outcome);
             }
         }
         let named = LAYERS.iter().map(|&(_, name)| ("layers", name)).zip(&layers);
         let named = named.chain(OPACITIES.iter().map(|&(_, name)| ("opacity", name)).zip(&opacities));
         let row = |((by, group), outcomes): ((&str, &str), &Vec<&Outcome>)| {
-            let errors: Vec<f64> = outcomes.iter().map(|outcome| outcome.error).collect();
+            let errors: Vec<f64> = outcomes.iter().map(|outcome| outcome.answer.error).collect();
             let summary = ErrorSummary::of(&errors);
             let truth = outcomes.iter().map(|outcome| outcome.truth).sum::<f64>();
             TranslucentGroup {
@@ -183,29 +213,51 @@ impl TranslucentShadowsExperiment {
     }
 }
 
-impl Plan<'_> {
+impl<'a> Plan<'a> {
+    pub(crate) fn new(experiment: &'a TranslucentShadowsExperiment) -> Result<Self, EvaluationError> {
+        let methods = experiment.technique.iter().map(|technique| technique.method());
+        Ok(Self {
+            experiment,
+            kernel: experiment.scenery.filter()?,
+            methods: methods.collect::<Result<_, _>>()?,
+        })
+    }
+
+    /// All techniques on the samples of a view.
+    fn found(
+        &self,
+        names: [&str; 2],
+        view: &View,
+        colours: Vec<ColourRecord>,
+    ) -> Result<Found, EvaluationError> {
+        let shadow = view.shadow(self.experiment, &self.kernel);
+        let receivers: Vec<Receiver> = view.samples.iter().map(|sample| sample.receiver).collect();
+        let truth = truths(&shadow, &receivers);
+        let all = 0..self.methods.len();
+        Ok(Found {
+            row: view.record(names, &truth),
+            layers: view.drawn(),
+            groups: view.samples.iter().map(|sample| sample.group).collect(),
+            judged: all.clone().map(|index| self.judge(index, view, &truth)).collect::<Result<_, _>>()?,
+            costs: all.map(|index| self.cost(index, view)).collect::<Result<_, _>>()?,
+            truths: truth,
+            colours,
+        })
+    }
+
     /// A technique on the samples of a view, and why it failed where it did.
     fn judge(
         &self,
         index: usize,
         view: &View,
         truth: &[f64],
-    ) -> Result<(Vec<Outcome>, String), EvaluationError> {
+    ) -> Result<(Vec<Answer>, String), EvaluationError> {
         let technique = &self.experiment.technique[index];
         let shadow = view.shadow(self.experiment, &self.kernel);
-        let failed = |sample: &Sample, truth: f64| Outcome {
-            sample: *sample,
-            truth,
-            error: f64::NAN,
-            leak: 0.0,
-            outside: 0.0,
-        };
-        let pairs = view.samples.iter().zip(truth);
+        const FAILED: Answer = Answer { error: f64::NAN, leak: 0.0, outside: 0.0 };
         let ranks = match view.ranks(technique.order) {
             Ok(ranks) => ranks,
-            Err(reason) => {
-                return Ok((pairs.map(|(sample, &truth)| failed(sample, truth)).collect(), reason));
-            }
+            Err(reason) => return Ok((vec![FAILED; truth.len()], reason)),
         };
         let prepared = self.methods[index]
             .prepare(&view.map, &self.kernel, ranks, self.experiment.scenery.seed)
@@ -218,16 +270,14 @@ impl Plan<'_> {
             let g = answer.clamp(0.0, 1.0);
             let at_depth = shadow.at_depth(&sample.receiver, shadow.compared(&sample.receiver));
             let (error, leak) = (g - truth, at_depth - g);
-            Ok(Outcome { sample: *sample, truth, error, leak, outside: (answer - g).abs() })
+            Ok(Answer { error, leak, outside: (answer - g).abs() })
         };
-        let answers: Vec<Result<Outcome, String>> = view.samples.par_iter().zip(truth).map(judge).collect();
+        let answers: Vec<Result<Answer, String>> = view.samples.par_iter().zip(truth).map(judge).collect();
         let error = answers.iter().find_map(|answer| answer.as_ref().err().cloned()).unwrap_or_default();
-        let outcomes = answers.into_iter().zip(pairs);
-        let outcomes = outcomes.map(|(answer, (s, &truth))| answer.unwrap_or_else(|_| failed(s, truth)));
-        Ok((outcomes.collect(), error))
+        Ok((answers.into_iter().map(|answer| answer.unwrap_or(FAILED)).collect(), error))
     }
 
-    fn cost(&self, index: usize, view: &View) -> Result<TranslucentCost, EvaluationError> {
+    pub(crate) fn cost(&self, index: usize, view: &View) -> Result<TranslucentCost, EvaluationError> {
         let (technique, method) = (&self.experiment.technique[index], &self.methods[index]);
         let shadow = view.shadow(self.experiment, &self.kernel);
         let prepared = method
@@ -291,15 +341,15 @@ impl Plan<'_> {
 /// The row of a class.
 fn record([scene, view, technique, class]: [&str; 4], outcomes: &[&Outcome]) -> TranslucentRecord {
     let holds = |outcome: &&&Outcome| match class {
-        "surfaces" => !outcome.sample.inside,
-        "inside" => outcome.sample.inside,
+        "surfaces" => !outcome.group.inside,
+        "inside" => outcome.group.inside,
         _ => true,
     };
     let members: Vec<&Outcome> = outcomes.iter().filter(holds).copied().collect();
-    let answered: Vec<&Outcome> = members.iter().filter(|o| o.error.is_finite()).copied().collect();
+    let answered: Vec<&Outcome> = members.iter().filter(|o| o.answer.error.is_finite()).copied().collect();
     // An empty group has no errors; its count says so.
     let count = answered.len().max(1) as f64;
-    let errors: Vec<f64> = answered.iter().map(|outcome| outcome.error).collect();
+    let errors: Vec<f64> = answered.iter().map(|outcome| outcome.answer.error).collect();
     let summary = ErrorSummary::of(&errors);
     let mean =
         |value: &dyn Fn(&Outcome) -> f64| rounded(answered.iter().map(|o| value(o)).sum::<f64>() / count);
@@ -316,12 +366,12 @@ fn record([scene, view, technique, class]: [&str; 4], outcomes: &[&Outcome]) -> 
         signed_mean: summary.signed_mean,
         p95: summary.p95,
         max_error: summary.maximum,
-        leak: mean(&|o| o.leak.max(0.0)),
-        leak_share: share(&|o| o.leak > VISIBLE),
-        overshoot: mean(&|o| (-o.leak).max(0.0)),
-        above_share: share(&|o| o.leak < -VISIBLE),
-        outside_share: share(&|o| o.outside > VISIBLE),
-        outside_most: rounded(answered.iter().map(|o| o.outside).fold(0.0, f64::max)),
+        leak: mean(&|o| o.answer.leak.max(0.0)),
+        leak_share: share(&|o| o.answer.leak > VISIBLE),
+        overshoot: mean(&|o| (-o.answer.leak).max(0.0)),
+        above_share: share(&|o| o.answer.leak < -VISIBLE),
+        outside_share: share(&|o| o.answer.outside > VISIBLE),
+        outside_most: rounded(answered.iter().map(|o| o.answer.outside).fold(0.0, f64::max)),
         bits_per_texel: 0.0,
         failed: members.len() - answered.len(),
         error: String::new(),

@@ -3,18 +3,18 @@
 use super::method::TranslucentTechnique;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
-use crate::experiment::keys::{at_least, not_empty, refuse, unique};
-use crate::experiment::kind::{RunContext, Settings};
+use crate::experiment::keys::{at_least, in_key, not_empty, refuse, unique};
+use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::lit_frames::check_zoom;
 use crate::pictures::check_picture;
 use crate::role::{check_names, named};
-use crate::run::Recorded;
 use crate::timing::TimingSetting;
 use applications::BiasSetting;
 use moment_problem::MomentBound;
 use quantization::NumberFormat;
 use serde::{Deserialize, Serialize};
+use shadow_filtering::DepthBias;
 
 /// The TOML keys of this kind, beside `kind` and `scale`.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
@@ -38,6 +38,19 @@ pub struct TranslucentShadowsExperiment {
     /// Pictures.
     #[serde(default)]
     pub picture: Vec<TranslucentPicture>,
+    /// What `msm advise` races; every technique as it is without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub advice: Option<TranslucentAdvice>,
+}
+
+/// What `msm advise` races.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct TranslucentAdvice {
+    /// Names of techniques.
+    pub techniques: Vec<String>,
+    /// Depth biases of each of them, of which the best is taken.
+    pub bias: Vec<DepthBias>,
 }
 
 /// Maps by colour channel on the first view of every scene.
@@ -132,6 +145,7 @@ impl TranslucentStability {
 impl Settings for TranslucentShadowsExperiment {
     const KIND: &'static str = "translucent-shadows";
     const ON_SCENES: bool = true;
+    const IS_DIVISIBLE: bool = true;
 
     fn check(&self) -> Result<(), EvaluationError> {
         self.scenery.check(true)?;
@@ -145,6 +159,13 @@ impl Settings for TranslucentShadowsExperiment {
             self.named(&colour.techniques, "colour.techniques")?;
         }
         self.stability.iter().try_for_each(TranslucentStability::check)?;
+        if let Some(advice) = &self.advice {
+            self.named(&advice.techniques, "advice.techniques")?;
+            not_empty([("advice.bias", advice.bias.is_empty())])?;
+            for (i, bias) in advice.bias.iter().enumerate() {
+                bias.check().map_err(in_key(&format!("advice.bias[{i}]")))?;
+            }
+        }
         unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
         for (i, picture) in self.picture.iter().enumerate() {
             let place = format!("picture[{i}]");
@@ -155,9 +176,7 @@ impl Settings for TranslucentShadowsExperiment {
         Ok(())
     }
 
-    fn on_scenes(&mut self, scenery: SceneSettings) {
-        self.scenery = scenery;
-    }
+    evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
         let scene = &self.scenery.scenes[0];
@@ -171,15 +190,11 @@ impl Settings for TranslucentShadowsExperiment {
             picture.view.clear();
         }
     }
-
-    fn run(&self, context: &RunContext<'_>) -> Result<Recorded, EvaluationError> {
-        self.evaluate(context)
-    }
 }
 
 impl TranslucentShadowsExperiment {
     /// Where techniques of these names stand.
-    pub(super) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
+    pub(crate) fn named(&self, names: &[String], key: &str) -> Result<Vec<usize>, EvaluationError> {
         named(&self.technique, names, key)
     }
 }

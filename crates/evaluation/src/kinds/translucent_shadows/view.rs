@@ -8,13 +8,13 @@ use crate::fragments::{LoadedScene, Source, TranslucentView, chosen};
 use crate::statistics::rounded;
 use applications::translucency::{LayeredMap, TranslucentShadow};
 use scenes::{LightView, Scene};
+use serde::{Deserialize, Serialize};
 use shadow_filtering::{Kernel, Receiver};
 use shadow_renderer::{LightFrame, ShadowMapStack, Spectrum};
 
-/// A receiver with what it is grouped by.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sample {
-    pub(super) receiver: Receiver,
+/// What a receiver is grouped by.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+pub(super) struct Group {
     /// A translucent surface.
     pub(super) inside: bool,
     /// Translucent layers in front of it at its own texel, before the first opaque one.
@@ -23,13 +23,20 @@ pub(super) struct Sample {
     pub(super) opacity: f64,
 }
 
+/// A receiver with its group.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sample {
+    pub(crate) receiver: Receiver,
+    pub(super) group: Group,
+}
+
 /// A light view.
-pub(super) struct View {
-    pub(super) map: LayeredMap,
+pub(crate) struct View {
+    pub(crate) map: LayeredMap,
     pub(super) texel_depth: f64,
     /// Unknown for a stack.
     pub(super) frame: Option<LightFrame>,
-    pub(super) samples: Vec<Sample>,
+    pub(crate) samples: Vec<Sample>,
     /// Centre and number of the triangle of each layer, where surfaces are translucent and known.
     unsorted: Option<Vec<f32>>,
     centres: Option<Vec<f32>>,
@@ -48,7 +55,7 @@ pub(super) fn layered(stack: &ShadowMapStack) -> Result<LayeredMap, EvaluationEr
 
 impl View {
     /// Renders and samples. `number` selects the stream of random numbers.
-    pub(super) fn new(
+    pub(crate) fn new(
         experiment: &TranslucentShadowsExperiment,
         kernel: &Kernel,
         (loaded, light): (&LoadedScene<'_>, &LightView),
@@ -104,7 +111,7 @@ impl View {
     ///
     /// # Errors
     /// The reason, for a stack whose triangles are unknown.
-    pub(super) fn ranks(&self, order: BlendOrder) -> Result<Option<&[f32]>, String> {
+    pub(crate) fn ranks(&self, order: BlendOrder) -> Result<Option<&[f32]>, String> {
         let known = |ranks: &'_ Option<Vec<f32>>| ranks.is_some() || self.entries[1] == 0;
         let of = match order {
             BlendOrder::Exact => return Ok(None),
@@ -118,7 +125,7 @@ impl View {
         }
     }
 
-    pub(super) fn shadow<'a>(
+    pub(crate) fn shadow<'a>(
         &'a self,
         experiment: &TranslucentShadowsExperiment,
         kernel: &'a Kernel,
@@ -132,8 +139,18 @@ impl View {
         }
     }
 
+    /// Whether light passes through anything.
+    pub(crate) fn is_translucent(&self) -> bool {
+        self.entries[1] > 0
+    }
+
+    /// Number of opaque and of translucent receivers, of which samples are drawn.
+    pub(crate) fn counts(&self) -> [usize; 2] {
+        self.receivers
+    }
+
     /// Surfaces that are drawn into a texel on average: translucent ones and an opaque one.
-    pub(super) fn drawn(&self) -> f64 {
+    pub(crate) fn drawn(&self) -> f64 {
         let [width, height] = self.map.size();
         1.0 + self.entries[1] as f64 / (width * height) as f64
     }
@@ -183,7 +200,8 @@ fn sample(map: &LayeredMap, receiver: Receiver, inside: bool) -> Sample {
         .take_while(|layer| layer.depth() < receiver.depth && layer.opacity() < 1.0)
         .map(|layer| layer.opacity());
     let (count, sum) = in_front.fold((0, 0.0), |(count, sum), opacity| (count + 1, sum + opacity));
-    Sample { receiver, inside, layers: count, opacity: sum / count.max(1) as f64 }
+    let group = Group { inside, layers: count, opacity: sum / count.max(1) as f64 };
+    Sample { receiver, group }
 }
 
 /// Depths of the centres of triangles.

@@ -6,15 +6,16 @@ use crate::page::{Block, Table, Text, row};
 use evaluation::{COMPARED_FRAME, FrameRoute, FrameSample, WHOLE_FRAME};
 use std::collections::BTreeMap;
 
-/// Sizes of a frame: map, width, height, kernel.
-type FrameSizes = (u32, u32, u32, usize);
+/// Sizes of a frame: map, width, height, kernel, depth samples a texel.
+type FrameSizes = (u32, u32, u32, usize, u32);
 
 fn point(sample: &FrameSample) -> FrameSizes {
-    (sample.map_size, sample.width, sample.height, sample.kernel)
+    (sample.map_size, sample.width, sample.height, sample.kernel, sample.depth_samples)
 }
 
-fn name((map, width, height, kernel): FrameSizes) -> String {
-    format!("{map}², {width}x{height}, {kernel}x{kernel}")
+fn name((map, width, height, kernel, samples): FrameSizes) -> String {
+    let samples = if samples == 1 { ", not multisampled" } else { "" };
+    format!("{map}², {width}x{height}, {kernel}x{kernel}{samples}")
 }
 
 impl SpeedTables<'_> {

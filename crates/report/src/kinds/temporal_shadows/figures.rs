@@ -3,8 +3,8 @@
 use super::summary::{ASKED, TemporalTables};
 use crate::drawing::{ErrorColours, Series, error_curves, error_point, error_sheet};
 use crate::error::ReportError;
-use crate::page::Drawing;
-use evaluation::{PathSetting, RunDirectory, TemporalRecord, map_name};
+use crate::page::{Drawing, Explorer, Film};
+use evaluation::{PathSetting, RunDirectory, TemporalAnimation, TemporalRecord, map_name};
 
 /// What a pixel of an error map shows.
 const PIXEL: [&str; 2] =
@@ -33,6 +33,24 @@ pub(super) fn draw(run: &RunDirectory, tables: &TemporalTables<'_>) -> Result<Ve
         figures.push(Drawing::new(format!("leak-{}", picture.id), title, sheet));
     }
     Ok(figures)
+}
+
+/// Frames that play.
+pub(super) fn films(tables: &TemporalTables<'_>) -> Vec<Explorer> {
+    let of = |animation: &TemporalAnimation| {
+        let path = tables.experiment.path.iter().find(|path| path.name == animation.path)?;
+        let frames = (0..animation.shown(path.frames)).map(|i| 1 + i * animation.every);
+        let title = format!(
+            "{}, light \"{}\", path \"{}\": {}, from left to right",
+            animation.scene,
+            animation.light,
+            animation.path,
+            animation.techniques.join(", ")
+        );
+        let size = animation.size(tables.experiment.camera);
+        Some(Explorer::Film(Film { id: animation.id.clone(), title, size, frames: frames.collect() }))
+    };
+    tables.experiment.animation.iter().filter_map(of).collect()
 }
 
 /// Errors over the frames of a path.

@@ -17,5 +17,6 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
     let tradeoffs = tradeoffs::tradeoffs(&tables);
-    Ok(Content { answer: tables.answer(), claims, body, tradeoffs, ..Content::default() })
+    let explorers = figures::films(&tables);
+    Ok(Content { answer: tables.answer(), claims, body, explorers, tradeoffs, ..Content::default() })
 }
