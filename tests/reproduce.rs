@@ -52,8 +52,15 @@ fn all_experiments_are_run_once_and_reported_in_one_page() {
         let name = of["experiment"].as_str().unwrap();
         assert!(page.contains(&format!("<section id=\"{name}\">")), "{name}");
     }
-    assert!(page.matches("<svg role=\"img\"").count() > 15 && page.contains("data:image/png;base64,"));
-    assert!(page.contains("data-explorer=\"[{&quot;technique&quot;:&quot;VSM&quot;"));
+    assert!(
+        page.matches(" role=\"img\" aria-label").count() > 15 && page.contains("data:image/webp;base64,")
+    );
+    for application in ["hard shadows", "soft shadows", "single scattering", "smoke and glass"] {
+        assert!(
+            page.contains(&format!("{{&quot;application&quot;:&quot;{application}&quot;")),
+            "{application}"
+        );
+    }
     // A second call has nothing to do.
     let again = reproduce(out.path());
     assert!(again["experiments"].as_array().unwrap().iter().all(|of| of["was_there"] == true), "{again}");

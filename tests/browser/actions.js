@@ -1,32 +1,48 @@
 "use strict";
-{
+// A chart draws in a microtask after a change.
+const drawn = () => new Promise((resolve) => setTimeout(resolve, 0));
+ready.then(async () => {
   const seen = { complaints: window.complaints };
-  const explorer = document.querySelector(".explorer");
-  const marks = () => explorer.querySelectorAll("circle").length;
-  const box = (text) => [...explorer.querySelectorAll("label")].find((label) => label.textContent.trim() === text).querySelector("input");
-  seen.points = marks();
+  const holder = document.querySelector(".tradeoffs");
+  const filters = document.querySelector(".filters");
+  const output = holder.nextElementSibling;
+  const shown = () => Number(output.textContent.match(/^[0-9]+(?= of)/)?.[0]);
+  const box = (text) => [...filters.querySelectorAll("label")].find((label) => label.textContent.trim() === text).querySelector("input");
+  const place = holder.querySelector(".chart");
+  const ink = () => {
+    const canvas = place.querySelector("canvas");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let sum = 0;
+    for (let i = 3; i < data.length; i += 4) sum += data[i];
+    return sum;
+  };
+  seen.points = shown();
+  const before = ink();
   box("VSM").click();
-  seen.without_vsm = marks();
+  await drawn();
+  seen.without_vsm = shown();
+  seen.ink_without_vsm = [ink(), before];
   box("64").click();
-  seen.without_64_bits = marks();
+  seen.without_64_bits = shown();
   box("VSM").click();
   box("64").click();
-  seen.points_again = marks();
-  const output = explorer.querySelector("output");
-  const first = explorer.querySelector("circle");
-  first.dispatchEvent(new MouseEvent("mouseenter"));
-  seen.hovered = output.textContent;
-  output.textContent = "";
-  first.focus();
-  first.dispatchEvent(new FocusEvent("focus"));
-  seen.focused = output.textContent;
+  seen.points_again = shown();
+  seen.panels = [...holder.children].filter((panel) => !panel.hidden).length;
+  box("hard shadows").click();
+  seen.panels_without = [...holder.children].filter((panel) => !panel.hidden).length;
+  box("hard shadows").click();
+  await drawn();
   // One tabulator stop in the chart, arrow keys from mark to mark.
-  seen.chart_stops = [...explorer.querySelectorAll("circle")].filter((mark) => mark.tabIndex === 0).length;
-  const start = [...explorer.querySelectorAll("circle")].find((mark) => mark.tabIndex === 0);
-  start.focus();
-  start.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight", bubbles: true }));
-  const next = document.activeElement;
-  seen.arrow = next !== start && next.tagName === "circle" && next.tabIndex === 0 && start.tabIndex === -1;
+  seen.chart_stops = [place, ...place.querySelectorAll("*")].filter((node) => node.tabIndex === 0).length;
+  const press = (key) => place.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+  place.focus();
+  press("Home");
+  seen.focused = output.textContent;
+  press("ArrowRight");
+  seen.arrow = output.textContent !== seen.focused && document.activeElement === place;
+  press("Home");
+  seen.arrow_back = output.textContent === seen.focused;
+  seen.is_told = place.getAttribute("aria-label");
   const focusable = "a[href], button, input, select, summary, [tabindex]";
   seen.stops = [...document.querySelectorAll(focusable)].filter((node) => node.tabIndex >= 0 && node.checkVisibility()).length;
   seen.first_headings = document.querySelectorAll("h1").length;
@@ -35,7 +51,8 @@
   const leads = (link) => { const to = link.getAttribute("href"); return to.startsWith("http") || document.getElementById(to.slice(1)) !== null; };
   seen.dead_links = [...document.querySelectorAll("a")].filter((link) => !leads(link)).map((link) => link.getAttribute("href"));
   seen.told = document.querySelectorAll("#first .told li").length;
-  seen.first_figure = document.querySelectorAll("#first svg").length;
+  seen.first_figure = document.querySelectorAll("#first .chart canvas").length;
+  seen.saved = document.querySelectorAll(".figure .caption button").length;
   const search = document.querySelector("#speed-accuracy input[type=search]");
   const table = search.nextElementSibling.querySelector("table");
   const rows = () => [...table.tBodies[0].rows].filter((row) => !row.hidden);
@@ -96,7 +113,8 @@
     return candidates.querySelector("output").textContent;
   };
   seen.candidate = find("Z^3,z ,z^4, z^2");
-  seen.candidate_line = candidates.querySelectorAll("svg line").length;
+  await drawn();
+  seen.candidate_line = candidates.querySelectorAll("canvas").length;
   seen.candidates_with = find("z, z^2");
   seen.no_candidate = find("z, tan(z)");
   seen.listed = (find("z"), candidates.querySelectorAll("li").length);
@@ -113,9 +131,26 @@
   seen.tip_left = tip.hidden;
   seen.papers = document.querySelectorAll("#papers tbody tr").length;
   seen.figures = document.querySelectorAll(".figure").length;
-  seen.overflows = document.documentElement.scrollWidth > document.documentElement.clientWidth + 1;
+  // As narrow as a phone, everything drawn.
+  const style = document.createElement("style");
+  style.textContent = "html { width: 360px; } main > section { content-visibility: visible !important; } details { content-visibility: visible; }";
+  document.head.append(style);
+  document.querySelectorAll("details").forEach((details) => { details.open = true; });
+  await drawn();
+  await drawn();
+  seen.width = document.body.scrollWidth;
+  const sizes = [...document.querySelectorAll("svg text")].map((text) => {
+    const svg = text.closest("svg");
+    return parseFloat(getComputedStyle(text).fontSize) * svg.getBoundingClientRect().width / svg.viewBox.baseVal.width;
+  });
+  seen.smallest_text = Math.min(...sizes);
   const note = document.createElement("pre");
   note.id = "seen";
   note.textContent = JSON.stringify(seen);
   document.body.append(note);
-}
+}).catch((error) => {
+  const note = document.createElement("pre");
+  note.id = "seen";
+  note.textContent = JSON.stringify({ complaints: [`${error}`] });
+  document.body.append(note);
+});

@@ -1,7 +1,9 @@
 //! An SVG canvas: text, axes, lines and legends.
 
+use super::family::Family;
 use super::hover;
 use super::palette::{BLACK, CURVE_COLOURS, GRID};
+use super::texels;
 use crate::error::ReportError;
 use plotters::chart::MeshStyle;
 use plotters::coord::Shift;
@@ -31,6 +33,7 @@ pub(crate) fn svg(
 ) -> Result<String, ReportError> {
     // What a drawing that failed may have left.
     hover::take();
+    texels::forget();
     let mut text = String::new();
     let fine = (width * FINE, height * FINE);
     {
@@ -42,6 +45,7 @@ pub(crate) fn svg(
     }
     let size = |(width, height)| format!("width=\"{width}\" height=\"{height}\" viewBox");
     let text = text.replacen(&size(fine), &size((width, height)), 1);
+    let text = texels::placed(text);
     Ok(text.replacen("</svg>", &format!("{}</svg>", hover::take()), 1))
 }
 
@@ -109,6 +113,18 @@ impl Stroke {
     pub(crate) fn nth(n: usize) -> Self {
         let dashed = n >= CURVE_COLOURS.len();
         Self { colour: CURVE_COLOURS[n % CURVE_COLOURS.len()], width: 6, dashed }
+    }
+
+    /// Of techniques that share a chart: each in the colour of its family, dashed for the second of a family. Where a family
+    /// has more, colours tell curves apart and no families.
+    pub(crate) fn of_techniques<'n>(names: impl IntoIterator<Item = &'n str>) -> Vec<Self> {
+        let families: Vec<&Family> = names.into_iter().map(Family::of).collect();
+        let before = |i: usize| families[..i].iter().filter(|family| family.name == families[i].name).count();
+        let places = 0..families.len();
+        if places.clone().any(|i| before(i) > 1) {
+            return places.map(Self::nth).collect();
+        }
+        places.map(|i| Self { colour: families[i].colour, width: 6, dashed: before(i) > 0 }).collect()
     }
 
     pub(crate) fn style(self) -> ShapeStyle {

@@ -4,7 +4,7 @@ use super::canvas::{Area, Drawn, FINE, anchored, mesh, svg};
 use super::palette::{BLUE, GRID, VERMILLION};
 use super::{TITLE, WIDTH, around, draw_title};
 use crate::error::ReportError;
-use crate::page::{Drawing, percent};
+use crate::page::{Drawing, percent, percent_tick};
 use plotters::prelude::{ChartBuilder, Circle, PathElement, RGBColor, Text};
 use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, VPos};
@@ -56,7 +56,7 @@ impl DotChart {
         let rows = self.rows.len() as f64;
         let mut chart = builder.build_cartesian_2d(0.0..1.08 * most, -0.5..rows - 0.5)?;
         let mut grid = mesh(&mut chart, 11);
-        grid.x_label_formatter(&|error| percent(*error, 1)).x_desc(self.x);
+        grid.x_label_formatter(&|error| percent_tick(*error)).x_desc(self.x);
         grid.disable_y_axis().disable_y_mesh().draw()?;
         for (place, row) in self.rows.iter().enumerate() {
             let y = place as f64;

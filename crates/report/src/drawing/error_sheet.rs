@@ -94,10 +94,10 @@ fn bar(colours: ErrorColours, y: u32, [above, below]: [&str; 2]) -> String {
     for i in 0..steps {
         let error = from + (to - from) * (f64::from(i) + 0.5) / f64::from(steps);
         let [r, g, b] = colours.colour((128.0 + 127.0 * error).round() as u8);
-        // Writing to a string cannot fail.
+        // Writing to a string cannot fail. Colours of values are not those of paper and ink, which a dark page changes.
         let _ = writeln!(
             text,
-            "<rect x=\"{}\" y=\"{y}\" width=\"{step}\" height=\"12\" fill=\"#{r:02x}{g:02x}{b:02x}\"/>",
+            "<rect x=\"{}\" y=\"{y}\" width=\"{step}\" height=\"12\" fill=\"rgb({r} {g} {b})\"/>",
             GAP as i32 + i * step
         );
     }

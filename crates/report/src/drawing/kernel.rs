@@ -3,11 +3,13 @@
 use super::canvas::{Area, Drawn, FINE, LEGEND_ROW, Stroke, anchored, font, legend, svg};
 use super::chart::Chart;
 use super::palette::BLACK;
+use super::texels::texels as picture;
 use crate::error::ReportError;
 use evaluation::KernelRecord;
 use plotters::prelude::{RGBColor, Rectangle, Text};
 use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, VPos};
+use std::collections::HashMap;
 
 /// Width of figures of kernels, and height of their titles, in pixels.
 pub(crate) const WIDTH: u32 = 800;
@@ -59,15 +61,14 @@ fn draw_kernel(area: &Area<'_>, (name, texels, outlined): (&str, &[&KernelRecord
     let (left, top) = (24 * fine, 24 * fine);
     let side = (area.dim_in_pixel().0 as i32 - left - 10 * fine) / across.max(down);
     let edges = [across * side, down * side];
-    for texel in texels {
-        let (x, y) = (side * texel.x_texel as i32, side * texel.y_texel as i32);
-        // A pixel larger than the texel, lest the paper shines through; the next texel covers it.
-        let (right, bottom) = ((x + side + fine).min(edges[0]), (y + side + fine).min(edges[1]));
-        let grey = (255.0 * (1.0 - texel.depth)).round() as u8;
-        let corners = [(left + x, top + y), (left + right, top + bottom)];
-        area.draw(&Rectangle::new(corners, RGBColor(grey, grey, grey).filled()))?;
-    }
     let border = [(left, top), (left + edges[0], top + edges[1])];
+    let greys: HashMap<(u32, u32), u8> = texels
+        .iter()
+        .map(|t| ((t.x_texel as u32, t.y_texel as u32), (255.0 * (1.0 - t.depth)).round() as u8))
+        .collect();
+    picture(area, border, [across as u32, down as u32], |x, y| {
+        greys.get(&(x, y)).map(|&grey| RGBColor(grey, grey, grey))
+    })?;
     area.draw(&Rectangle::new(border, BLACK.stroke_width(3)))?;
     for Outlined { corner, size, colour } in outlined {
         let place = |k: usize, share: f64| {

@@ -67,8 +67,8 @@ impl SeriesChart<'_> {
         grid.x_desc(self.x_label).y_desc(self.y_label);
         grid.draw()?;
         let mut entries = Vec::new();
-        for (n, series) in curves.iter().enumerate() {
-            let stroke = Stroke::nth(n);
+        let strokes = Stroke::of_techniques(curves.iter().map(|series| series.name.as_str()));
+        for (series, stroke) in curves.iter().zip(strokes) {
             line(&mut chart, series.points.iter().map(|p| (place(p), p.y)).collect(), stroke)?;
             for point in &series.points {
                 let at = (place(point), point.y);

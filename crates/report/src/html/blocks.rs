@@ -1,5 +1,6 @@
 //! Parts of a page as HTML.
 
+use super::compact::compact;
 use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::html::film;
@@ -25,7 +26,9 @@ pub(crate) fn block(run: &RunDirectory, block: &Block) -> Result<String, ReportE
         Block::Table(of) => table(of),
         Block::Drawing(drawing) => framed(&svg(drawing), &drawing.title),
         Block::Picture(picture) => {
-            let label = escaped(&picture.title);
+            // The caption has the title: who cannot see the picture is told what stands in it.
+            let techniques = picture.columns.techniques.join(", ");
+            let label = escaped(&format!("side by side: the truth, {techniques}"));
             let image = format!("<img alt=\"{label}\" src=\"{}\">", data(run, &picture.id)?);
             framed(&image, &picture.title) + &comparer(&picture.columns, &[])
         }
@@ -75,10 +78,15 @@ pub(crate) fn folded(of: &Table, heading: &str) -> String {
     )
 }
 
+/// A figure behind its title.
+pub(crate) fn folded_figure(figure: &str, title: &str) -> String {
+    format!("<details><summary>{}</summary>\n{figure}</details>\n", escaped(title))
+}
+
 /// In a box that scrolls: wide tables must not widen the page.
 pub(crate) fn table(table: &Table) -> String {
     let side = |i: usize| match table.columns.get(i) {
-        Some(column) if column.right => " style=\"text-align: right\"",
+        Some(column) if column.right => " class=r",
         _ => "",
     };
     let mut html = "<div class=\"table\" tabindex=\"0\"><table><thead><tr>".to_owned();
@@ -90,22 +98,18 @@ pub(crate) fn table(table: &Table) -> String {
     for row in &table.rows {
         html += "<tr>";
         for (i, cell) in row.iter().enumerate() {
-            let _ = write!(html, "<td{}>{}</td>", side(i), inline(cell));
+            // A cell ends where the next one begins, as HTML has it: thousands of end tags say nothing.
+            let _ = write!(html, "<td{}>{}", side(i), inline(cell));
         }
-        html += "</tr>\n";
+        html.push('\n');
     }
     html + "</tbody></table></div>\n"
 }
 
 pub(crate) fn explorer(run: &RunDirectory, explorer: &Explorer) -> Result<String, ReportError> {
     Ok(match explorer {
-        Explorer::Chart { class, data, without_script } => {
-            let note = without_script.map(|note| format!("<noscript>{note}</noscript>\n"));
-            format!(
-                "<div class=\"{class}\" data-{class}=\"{}\"></div>\n{}",
-                escaped(data),
-                note.unwrap_or_default()
-            )
+        Explorer::Chart { class, data } => {
+            format!("<div class=\"{class}\" data-{class}=\"{}\"></div>\n", escaped(data))
         }
         Explorer::Pictures(columns, pictures) => {
             let source = |picture: &RecordedPicture| {
@@ -141,7 +145,7 @@ fn data(run: &RunDirectory, id: &str) -> Result<String, ReportError> {
 }
 
 fn svg(drawing: &Drawing) -> String {
-    let svg = &drawing.svg[drawing.svg.find("<svg").unwrap_or_default()..];
+    let svg = compact(&drawing.svg[drawing.svg.find("<svg").unwrap_or_default()..]);
     let label = escaped(&drawing.title);
     svg.replacen("<svg", &format!("<svg role=\"img\" aria-label=\"{label}\""), 1)
 }

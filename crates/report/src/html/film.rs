@@ -8,8 +8,9 @@ pub(crate) fn html(film: &Film, source: &str) -> String {
     let [width, height] = film.size;
     let title = escaped(&film.title);
     format!(
-        "<figure class=\"film\" data-frames=\"{}\"><img alt=\"{title}\" src=\"{source}\" width=\"{width}\" height=\"{height}\" \
+        "<figure class=\"film\" data-frames=\"{}\"><img alt=\"{} frames that follow each other\" src=\"{source}\" width=\"{width}\" height=\"{height}\" \
          style=\"aspect-ratio: {width} / {height}\"><figcaption>{title}</figcaption></figure>\n",
-        escaped(&json(&film.frames))
+        escaped(&json(&film.frames)),
+        film.frames.len()
     )
 }

@@ -1,20 +1,35 @@
 //! One self-contained page about several runs: no network, no build step, works from disk.
 
+mod archive;
 mod blocks;
+mod compact;
 mod film;
+mod pictures;
+mod tradeoffs;
 
 use crate::comparison;
 use crate::drawing::escaped;
 use crate::error::ReportError;
 use crate::kinds;
 use crate::page::{Block, Page, Table, Text, code};
-use blocks::{block, explorer, folded, inline, table};
+use blocks::{block, explorer, folded, folded_figure, inline, table};
 use evaluation::Provenance;
 use std::fmt::Write as _;
 use std::path::Path;
 
 const STYLE: &str = concat!(include_str!("report.css"), include_str!("film.css"));
-const SCRIPT: &str = concat!(include_str!("tables.js"), include_str!("report.js"), include_str!("film.js"));
+const SCRIPT: &str = concat!(
+    include_str!("archive.js"),
+    include_str!("tables.js"),
+    include_str!("pictures.js"),
+    include_str!("charts.js"),
+    include_str!("candidates.js"),
+    include_str!("film.js")
+);
+/// The library of the interactive charts, with its style and licence; `assets/README.md` says where they are from.
+const LIBRARY: &str = include_str!("../../assets/uPlot.iife.min.js");
+const LIBRARY_STYLE: &str = include_str!("../../assets/uPlot.min.css");
+const LIBRARY_LICENCE: &str = include_str!("../../assets/uPlot.LICENSE");
 
 /// The pages of several runs as one, after what they answer and what the papers say.
 ///
@@ -37,6 +52,7 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
         let mut heading = String::new();
         // A part within a part that is not there is a part itself: no level is skipped.
         let mut has_parts = false;
+        let mut drawn = 0;
         for part in page.content.body.iter().chain(&page.origin()) {
             if let Block::Heading(level, text) = part {
                 heading.clone_from(text);
@@ -45,11 +61,15 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
             sections += &match part {
                 Block::Heading(_, text) if !has_parts => block(&page.run, &Block::heading(2, text))?,
                 Block::Table(of) if of.rows.len() > FOLDED_ROWS => folded(of, &heading),
+                Block::Drawing(drawing) => {
+                    drawn += 1;
+                    let figure = block(&page.run, part)?;
+                    if drawn > OPEN_FIGURES { folded_figure(&figure, &drawing.title) } else { figure }
+                }
                 Block::Heading(..)
                 | Block::Paragraph(_)
                 | Block::Commands(_)
                 | Block::Table(_)
-                | Block::Drawing(_)
                 | Block::Picture(_) => block(&page.run, part)?,
             };
         }
@@ -58,23 +78,31 @@ pub fn html(pages: &[Page]) -> Result<String, ReportError> {
     let papers = table(&comparison::table(pages));
     let answers = table(&answers(pages, &headings));
     let origins = table(&origins(pages));
-    let shared = kinds::script();
+    let shared = tradeoffs::script() + &kinds::script();
+    let colours = tradeoffs::style();
     let first = first_screen(pages)?;
     let page = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width, \
-         initial-scale=1\">\n<title>msm: filterable shadow maps, measured</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
+         initial-scale=1\">\n<title>msm: filterable shadow maps, measured</title>\n<style>\n{LIBRARY_STYLE}\n{STYLE}{colours}</style>\n</head>\n<body>\n\
          <a class=\"skip\" href=\"#main\">to the content</a>\n<header><h1>Filterable shadow maps, measured</h1></header>\n<nav aria-label=\"experiments\"><ul>\n<li><a href=\"#answers\">answers</a></li>\n<li><a href=\"#papers\">the papers</a></li>\n{links}\
          <li><a href=\"#origins\">origins</a></li>\n</ul></nav>\n<main id=\"main\">\n{first}\
          <section id=\"answers\">\n<h2>Answers</h2>\n{answers}</section>\n\
-         <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}<section id=\"origins\">\n<h2>Where the numbers come from</h2>\n{origins}</section>\n</main>\n<script>\n\"use strict\";\n{shared}{SCRIPT}</script>\n</body>\n</html>\n"
+         <section id=\"papers\">\n<h2>The papers beside these measurements</h2>\n{papers}</section>\n{sections}<section id=\"origins\">\n<h2>Where the numbers come from</h2>\n{origins}</section>\n</main>\n"
     );
-    Ok(without_paths(page, pages))
+    let (page, archive) = archive::moved(&pictures::compact(&without_paths(page, pages)));
+    Ok(format!(
+        "{page}<script type=\"text/plain\" id=\"archive\">{archive}</script>\n<script>\n/*\n{LIBRARY_LICENCE}*/\n{LIBRARY}</script>\n\
+         <script>\n\"use strict\";\n{shared}{SCRIPT}</script>\n</body>\n</html>\n"
+    ))
 }
+
+/// Further drawings of an experiment are folded.
+const OPEN_FIGURES: usize = 2;
 
 /// Tables of more rows are folded.
 const FOLDED_ROWS: usize = 8;
 
-/// Whose answers are told first, and whose figure: what error costs.
+/// Whose answers are told first.
 const FIRST: [&str; 3] = ["speed-accuracy", "soft-shadows", "candidate-search"];
 
 /// Three sentences, a figure, and what an error is.
@@ -84,17 +112,18 @@ fn first_screen(pages: &[Page]) -> Result<String, ReportError> {
     // Where none of these is there, whatever is.
     let others = pages.iter().filter(|page| !told.iter().any(|known| std::ptr::eq(*known, *page)));
     let others: Vec<&Page> = others.take(FIRST.len() - told.len()).collect();
-    let figure_of = told.first().copied().or_else(|| pages.first());
     told.extend(others);
     let sentences = told.iter().filter_map(|page| page.content.answer.first());
     let sentences: String = sentences.map(|sentence| format!("<li>{}</li>\n", inline(sentence))).collect();
-    let is_chosen = |part: &&Block| matches!(part, Block::Drawing(drawing) if drawing.id == "cost");
-    let is_drawing = |part: &&Block| matches!(part, Block::Drawing(_));
-    let body = figure_of.map(|page| (page, &page.content.body));
-    let figure = body.and_then(|(page, body)| {
-        Some((page, body.iter().find(is_chosen).or_else(|| body.iter().find(is_drawing))?))
-    });
-    let figure = figure.map(|(page, part)| block(&page.run, part)).transpose()?.unwrap_or_default();
+    let all = tradeoffs::applications(pages);
+    let figure = if all.is_empty() {
+        // Experiments that have no cost have a figure.
+        let is_drawing = |part: &&Block| matches!(part, Block::Drawing(_));
+        let drawn = told.iter().find_map(|page| Some((page, page.content.body.iter().find(is_drawing)?)));
+        drawn.map(|(page, part)| block(&page.run, part)).transpose()?.unwrap_or_default()
+    } else {
+        tradeoffs::figure(&all)?
+    };
     Ok(format!(
         "<section id=\"first\">\n<ul class=\"told\">\n{sentences}</ul>\n{figure}<p>An error is the mean distance between a \
          technique's shadow and the true one over the light-facing surfaces of all views, seen or not; the truth of hard \

@@ -12,6 +12,7 @@ mod soft_shadows;
 mod speed_accuracy;
 mod stability;
 mod stochastic_shadows;
+mod stored;
 mod temporal_shadows;
 mod translucent_shadows;
 

@@ -5,14 +5,16 @@ pub(crate) mod markdown;
 mod number;
 mod table;
 mod text;
+mod tradeoffs;
 
 use crate::error::ReportError;
 pub(crate) use claim::{Claim, Measured, Missing, player, recorded};
 use evaluation::{Provenance, RecordedFile, RunDirectory};
-pub(crate) use number::{count_of, in_percent, median_of, percent};
+pub(crate) use number::{count_of, in_percent, median_of, percent, percent_tick};
 use serde::Serialize;
 pub(crate) use table::{Table, row};
 pub(crate) use text::{Span, Text, code};
+pub(crate) use tradeoffs::{Breaks, Tradeoff, Tradeoffs, UNSTABLE};
 
 /// Everything that a run's page says and shows, computed from its records alone.
 pub struct Page {
@@ -37,6 +39,10 @@ pub(crate) struct Content {
     pub(crate) claims: Vec<Claim>,
     /// What a reader can play with; below the answer, in HTML only.
     pub(crate) explorers: Vec<Explorer>,
+    /// What error costs, for the chart of all runs.
+    pub(crate) tradeoffs: Option<Tradeoffs>,
+    /// Where stored bounds break, for the same chart.
+    pub(crate) breaks: Vec<Breaks>,
     /// Everything below.
     pub(crate) body: Vec<Block>,
 }
@@ -80,8 +86,8 @@ pub(crate) struct PictureColumns {
 
 /// An element of the HTML page that a script brings to life.
 pub(crate) enum Explorer {
-    /// The class that the script knows it by, its data as JSON, and what is said without a script.
-    Chart { class: &'static str, data: String, without_script: Option<&'static str> },
+    /// The class that the script knows it by, and its data as JSON.
+    Chart { class: &'static str, data: String },
     /// Pictures with equal columns, one shown at a time.
     Pictures(PictureColumns, Vec<RecordedPicture>),
     /// Frames that follow each other.

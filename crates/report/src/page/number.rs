@@ -10,6 +10,16 @@ pub(crate) fn in_percent(fraction: f64, digits: usize) -> String {
     format!("{:.digits$}", 100.0 * fraction)
 }
 
+/// A tick of an axis in percent, with the digits that it needs.
+pub(crate) fn percent_tick(fraction: f64) -> String {
+    let value = 100.0 * fraction;
+    let is_whole = |digits: &usize| {
+        let scaled = value * 10f64.powi(*digits as i32);
+        (scaled - scaled.round()).abs() < 1e-6
+    };
+    percent(fraction, (0..4).find(is_whole).unwrap_or(4))
+}
+
 /// A count in a unit that fits.
 pub(crate) fn count_of(value: u64) -> String {
     match value as f64 {
@@ -30,6 +40,12 @@ pub(crate) fn median_of(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ticks_have_the_digits_that_they_need() {
+        let told = [0.0, 0.05, 0.055, 0.0025, 1.0].map(percent_tick);
+        assert_eq!(told, ["0 %", "5 %", "5.5 %", "0.25 %", "100 %"]);
+    }
 
     #[test]
     fn counts_are_told_in_units_that_fit() {

@@ -2,8 +2,8 @@
 
 use super::summary::FilterableTables;
 use crate::drawing::{
-    Arrow, CURVE_COLOURS, Chart, Curve, DEPTH_LABEL, ErrorColours, F_STROKE, GREEN, INTENSITY_LABEL, Stroke,
-    beside_charts, error_sheet,
+    Arrow, Chart, Curve, DEPTH_LABEL, ErrorColours, F_STROKE, GREEN, INTENSITY_LABEL, Stroke, beside_charts,
+    error_sheet,
 };
 use crate::error::ReportError;
 use crate::page::Drawing;
@@ -78,12 +78,12 @@ fn kernel(tables: &FilterableTables<'_>, picture: &Picture) -> Result<Drawing, R
     };
     let mut entries = vec![(F_STROKE, "F (PCF)".to_owned())];
     let mut curves = Vec::new();
-    let colours = CURVE_COLOURS.iter().copied().cycle();
-    for (i, (name, colour)) in picture.techniques.iter().zip(colours).enumerate() {
+    let strokes = Stroke::of_techniques(picture.techniques.iter().map(String::as_str));
+    for (i, (name, stroke)) in picture.techniques.iter().zip(strokes).enumerate() {
         let points = tables.curves.iter().filter(|r| r.picture == picture.id && r.technique == *name);
         // Good techniques coincide for long stretches: a wide line shows beneath a narrow one.
         let width = 5 + 3 * (picture.techniques.len() - 1 - i) as u32;
-        let stroke = Stroke { colour, width, dashed: false };
+        let stroke = Stroke { width, ..stroke };
         curves.push(Curve {
             name: name.clone(),
             points: points.map(|r| (r.z_f, r.intensity)).collect(),

@@ -131,13 +131,13 @@ fn histogram(area: &Area<'_>, transform: &str, bins: &[&CodeRecord], most: f64) 
     let Some(first) = bins.first() else { return Ok(()) };
     let caption = format!("{transform}, value {}: {:.1} bits", first.channel + 1, first.entropy_bits);
     let mut builder = ChartBuilder::on(area);
-    builder.margin_right(8 * FINE).margin_top(4 * FINE).caption(caption, font(10));
+    builder.margin_right(8 * FINE).margin_top(4 * FINE).caption(caption, font(11));
     builder.x_label_area_size(20 * FINE).y_label_area_size(38 * FINE);
     // A few bins hold most of the texels: on a logarithmic axis the others are seen too.
     let least = 1e-5;
     let mut chart =
         builder.build_cartesian_2d(0.0..1.0, (least..most.max(10.0 * least) * 1.2).log_scale())?;
-    let mut mesh = mesh(&mut chart, 10);
+    let mut mesh = mesh(&mut chart, 11);
     mesh.disable_x_mesh().x_labels(3).y_labels(5);
     mesh.x_label_formatter(&|x| format!("{x:.1}")).y_label_formatter(&power_of_ten);
     mesh.set_all_tick_mark_size(3 * FINE).draw()?;
@@ -237,7 +237,7 @@ fn panel(
     builder.x_label_area_size(38 * FINE).y_label_area_size(58 * FINE);
     let mut chart = builder.build_cartesian_2d((from..to).log_scale(), least..top)?;
     let value = |y: &f64| if quantity.floor { percent(*y, 1) } else { format!("1e{y:.0}") };
-    let mut mesh = mesh(&mut chart, 10);
+    let mut mesh = mesh(&mut chart, 11);
     mesh.x_labels(8).y_labels(6).x_label_formatter(&power_of_ten).y_label_formatter(&value);
     mesh.x_desc("moment bias alpha").y_desc(quantity.label).draw()?;
     if let Some(exact) = exact {

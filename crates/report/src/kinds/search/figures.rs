@@ -1,11 +1,9 @@
 //! Histograms of a candidate search (MSM15 Figure 4).
 
 use super::summary::{Landmark, SearchTables};
-use crate::drawing::{
-    Area, BLACK, BLUE, Drawn, FINE, GREEN, ORANGE, PURPLE, SKY_BLUE, VERMILLION, anchored, mesh, spot, svg,
-};
+use crate::drawing::{Area, Drawn, FINE, Family, GREY, anchored, mesh, spot, svg};
 use crate::error::ReportError;
-use crate::page::{Drawing, in_percent, percent};
+use crate::page::{Drawing, in_percent, percent, percent_tick};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
 
@@ -60,7 +58,7 @@ fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, referen
     let count = |value: &f64| format!("{value:.0}");
     let mut mesh = mesh(&mut chart, 11);
     mesh.disable_x_mesh().x_labels(12).y_labels(5);
-    mesh.x_label_formatter(&|error| percent(*error, 0)).y_label_formatter(&count);
+    mesh.x_label_formatter(&|error| percent_tick(*error)).y_label_formatter(&count);
     let label = format!(
         "mean |G - F| (share of the kernel's weight); m = {m}, {} candidates, {beyond} beyond the axis",
         errors.len()
@@ -70,7 +68,7 @@ fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, referen
     let width = end / BINS as f64;
     chart.draw_series(counts.iter().enumerate().filter(|(_, count)| **count > 0).map(|(bin, &count)| {
         let left = bin as f64 * width;
-        Rectangle::new([(left + 0.06 * width, 0.0), (left + 0.94 * width, count as f64)], SKY_BLUE.filled())
+        Rectangle::new([(left + 0.06 * width, 0.0), (left + 0.94 * width, count as f64)], GREY.filled())
     }))?;
     for (bin, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let (left, right) = (bin as f64 * width, (bin + 1) as f64 * width);
@@ -79,10 +77,10 @@ fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, referen
         let label = format!("{from} to {to}: {count} candidates of {m} functions");
         spot([corner(left, 1.06 * most), corner(right, 0.0)], &label);
     }
-    let colours = [BLACK, VERMILLION, PURPLE, BLUE, GREEN, ORANGE];
     let mut sorted: Vec<&Landmark> = references.iter().collect();
     sorted.sort_by(|a, b| a.error.total_cmp(&b.error));
-    for (i, (reference, colour)) in sorted.iter().zip(colours.iter().cycle()).enumerate() {
+    for (i, reference) in sorted.iter().enumerate() {
+        let colour = &Family::of(&reference.name).colour;
         let line = [(reference.error, 0.0), (reference.error, 1.06 * most)];
         chart.draw_series([PathElement::new(line, colour.stroke_width(6))])?;
         let (x, top) = chart.backend_coord(&(reference.error, 1.06 * most));
@@ -94,7 +92,7 @@ fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, referen
         // Names near the right edge stand on the left of their line.
         let (side, gap) = if reference.error < 0.8 * end { (HPos::Left, 4) } else { (HPos::Right, -4) };
         let at = (x - origin_x + gap * FINE as i32, y - origin_y);
-        area.draw(&Text::new(text, at, anchored(12, side, VPos::Center).color(colour)))?;
+        area.draw(&Text::new(text, at, anchored(12, side, VPos::Center)))?;
     }
     Ok(())
 }

@@ -17,5 +17,5 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let claims = claims::claims(&tables, reported.provenance);
     let body = Block::body(&claims, figures::draw(&tables)?, tables::blocks(&tables));
     let explorers = explorer::candidates(&tables)?.into_iter().collect();
-    Ok(Content { answer: tables.answer(), claims, explorers, body })
+    Ok(Content { answer: tables.answer(), claims, explorers, body, ..Content::default() })
 }

@@ -4,7 +4,7 @@ use super::summary::{ALL, ScatteringTables};
 use crate::drawing::{DotChart, DotRow, ErrorColours, Series, SeriesChart, SeriesPoint, error_sheet, svg};
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
-use crate::page::{Drawing, percent};
+use crate::page::{Drawing, percent, percent_tick};
 use evaluation::{RunDirectory, ScatteringCost, map_name, with_role};
 
 /// What a pixel of an error map shows.
@@ -26,12 +26,9 @@ pub(super) fn draw(run: &RunDirectory, tables: &ScatteringTables<'_>) -> Result<
             .iter()
             .map(|name| (name.clone(), run.path().join(map_name(&picture.id, &picture.standpoint, name))))
             .collect();
-        for (what, colours) in [("error", ErrorColours::Magnitude), ("leak", ErrorColours::Signed)] {
-            let words = if what == "error" { "|method - truth|" } else { "method - truth" };
-            let title = format!("{words}, {}, standpoint \"{}\"", picture.scene, picture.standpoint);
-            let sheet = error_sheet(&tiles, &title, colours, PIXEL)?;
-            figures.push(Drawing::new(format!("{what}-{}", picture.id), title, sheet));
-        }
+        let title = format!("method - truth, {}, standpoint \"{}\"", picture.scene, picture.standpoint);
+        let sheet = error_sheet(&tiles, &title, ErrorColours::Signed, PIXEL)?;
+        figures.push(Drawing::new(format!("leak-{}", picture.id), title, sheet));
     }
     Ok(figures)
 }
@@ -65,8 +62,12 @@ const COMPARED: [&str; 6] =
 
 /// Errors over a logarithmic axis.
 fn chart(id: &str, title: &str, x_label: &str, curves: &[Series]) -> Result<String, ReportError> {
-    let chart =
-        SeriesChart { title, x_label, y_label: "mean |method - truth|", y_tick: &|error| percent(*error, 1) };
+    let chart = SeriesChart {
+        title,
+        x_label,
+        y_label: "mean |method - truth|",
+        y_tick: &|error| percent_tick(*error),
+    };
     svg(id, CHART, |root| chart.draw(root, curves))
 }
 

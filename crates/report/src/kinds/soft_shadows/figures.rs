@@ -26,12 +26,9 @@ pub(super) fn draw(run: &RunDirectory, tables: &SoftTables<'_>) -> Result<Vec<Dr
             .iter()
             .map(|name| (name.clone(), run.path().join(map_name(&picture.id, &picture.light, name))))
             .collect();
-        for (what, colours) in [("error", ErrorColours::Magnitude), ("leak", ErrorColours::Signed)] {
-            let words = if what == "error" { "|method - truth|" } else { "method - truth" };
-            let title = format!("{words}, {}, light \"{}\"", picture.scene, picture.light);
-            let sheet = error_sheet(&tiles, &title, colours, PIXEL)?;
-            figures.push(Drawing::new(format!("{what}-{}", picture.id), title, sheet));
-        }
+        let title = format!("method - truth, {}, light \"{}\"", picture.scene, picture.light);
+        let sheet = error_sheet(&tiles, &title, ErrorColours::Signed, PIXEL)?;
+        figures.push(Drawing::new(format!("leak-{}", picture.id), title, sheet));
     }
     Ok(figures)
 }

@@ -7,6 +7,7 @@ mod receiver;
 mod summary;
 mod sweeps;
 mod tables;
+mod tradeoffs;
 
 use super::{KindPage, Reported};
 use crate::error::ReportError;
@@ -18,5 +19,6 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let tables = summary::SoftTables::read(reported.run, reported.settings()?)?;
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
-    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
+    let tradeoffs = tradeoffs::tradeoffs(&tables);
+    Ok(Content { answer: tables.answer(), claims, body, tradeoffs, ..Content::default() })
 }

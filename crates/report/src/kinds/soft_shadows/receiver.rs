@@ -2,9 +2,7 @@
 //! depth, as it is and as the moments say.
 
 use super::summary::SoftTables;
-use crate::drawing::{
-    Arrow, BLACK, CURVE_COLOURS, Chart, Curve, DEPTH_LABEL, F_STROKE, Outlined, Stroke, beside_charts,
-};
+use crate::drawing::{Arrow, BLACK, Chart, Curve, DEPTH_LABEL, F_STROKE, Outlined, Stroke, beside_charts};
 use crate::error::ReportError;
 use crate::page::{Drawing, percent};
 use evaluation::{KernelRecord, ReceiverRecord, SearchTexel, SoftPicture};
@@ -46,8 +44,9 @@ fn one(tables: &SoftTables<'_>, picture: &SoftPicture) -> Result<Option<Drawing>
         colour: BLACK,
         text: format!("receiver, truth {}", percent(first.truth, 0)),
     }];
-    for (row, &colour) in rows.iter().zip(CURVE_COLOURS.iter().cycle()) {
-        let stroke = Stroke { colour, width: 6, dashed: false };
+    let strokes = Stroke::of_techniques(rows.iter().map(|row| row.technique.as_str()));
+    for (row, stroke) in rows.iter().zip(strokes) {
+        let colour = stroke.colour;
         let points = tables.curves.iter().filter(|p| p.picture == picture.id && p.technique == row.technique);
         let points: Vec<(f64, Option<f64>)> = points.map(|p| (p.z_f, Some(p.intensity))).collect();
         entries.push((

@@ -4,7 +4,7 @@ use super::summary::SoftTables;
 use crate::drawing::{Series, SeriesChart, SeriesPoint, svg};
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
-use crate::page::{Block, Drawing, Table, Text, in_percent, percent};
+use crate::page::{Block, Drawing, Table, Text, in_percent, percent, percent_tick};
 use evaluation::{Sweep, SweepRecord, SweepValues};
 
 /// A setting is safe if nothing fails and the error is within this factor of the least of the sweep.
@@ -142,7 +142,7 @@ pub(super) fn charts(tables: &SoftTables<'_>) -> Result<Vec<Drawing>, ReportErro
             title: &title,
             x_label: label(&sweep.values),
             y_label: "mean |method - truth|",
-            y_tick: &|error| percent(*error, 1),
+            y_tick: &|error| percent_tick(*error),
         };
         let picture = svg(&id, (640, 400), |root| chart.draw(root, &curves))?;
         drawings.push(Drawing::new(id, title, picture));

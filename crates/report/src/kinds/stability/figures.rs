@@ -3,8 +3,8 @@
 use super::steps::{Cross, LEAST, MARKS, STEP_COLOURS, letters, step};
 use super::summary::{Inputs, StabilityTables};
 use crate::drawing::{
-    Area, Drawn, FINE, LEGEND_ROW, Stroke, anchored, around, font, grid, legend, line, mesh, power_of_ten,
-    svg,
+    Area, Drawn, EMPTY, FINE, LEGEND_ROW, Stroke, anchored, around, font, grid, legend, line, mesh,
+    power_of_ten, svg, texels,
 };
 use crate::error::ReportError;
 use crate::kinds::rows::distinct;
@@ -12,8 +12,6 @@ use crate::page::Drawing;
 use evaluation::{CellRecord, MomentBound, Span};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, VPos};
-
-const EMPTY: RGBColor = RGBColor(240, 240, 240);
 
 /// Bounds with the file stem and title of their heat maps.
 const ATLASES: [(MomentBound, &str, &str); 6] = [
@@ -47,9 +45,9 @@ pub(crate) fn draw(tables: &StabilityTables<'_>) -> Result<Vec<Drawing>, ReportE
 
 /// Side of a heat map, room for its labels.
 const MAP: u32 = 92;
-const BELOW: u32 = 30;
-const LEFT: u32 = 150;
-const BETWEEN: u32 = 40;
+const BELOW: u32 = 38;
+const LEFT: u32 = 184;
+const BETWEEN: u32 = 68;
 const ABOVE: u32 = 62;
 
 fn atlas(
@@ -101,7 +99,7 @@ fn atlas(
 fn scale(root: &Area<'_>, width: i32) -> Drawn {
     let fine = FINE as i32;
     let first = width - 620;
-    let style = || anchored(10, HPos::Center, VPos::Center);
+    let style = || anchored(11, HPos::Center, VPos::Center);
     for (i, colour) in STEP_COLOURS.iter().enumerate() {
         let x = first + 34 * i as i32;
         root.draw(&Rectangle::new([(x * fine, 8 * fine), ((x + 34) * fine, 18 * fine)], colour.filled()))?;
@@ -128,32 +126,20 @@ fn mark(root: &Area<'_>, (x, y): (i32, i32), size: i32, mark: &Cross) -> Drawn {
     Ok(())
 }
 
-/// Cells of equal colour in a row are one rectangle.
+/// Colours of cells over the ground that cells without inputs show.
 fn heat_map(root: &Area<'_>, (x, y): (i32, i32), cells: &[&CellRecord], count: usize) -> Drawn {
     let fine = FINE as i32;
     let edge = |i: usize| (MAP as usize * FINE as usize * i / count) as i32;
     let (left, bottom) = (x * fine, (y + MAP as i32) * fine);
     let whole = [(left, y * fine), (left + edge(count), bottom)];
     root.draw(&Rectangle::new(whole, EMPTY.filled()))?;
-    for row in 0..count {
-        let mut steps: Vec<Option<usize>> = vec![None; count];
-        for cell in cells.iter().filter(|c| c.y == row) {
-            steps[cell.x.min(count - 1)] = Some(step(cell.error_max));
-        }
-        let mut first = 0;
-        for run in steps.chunk_by(|a, b| a == b) {
-            if let Some(step) = run[0] {
-                // A little overlap, or viewers show seams.
-                let overlap = if row > 0 { 2 } else { 0 };
-                let corners = [
-                    (left + edge(first), bottom - edge(row + 1)),
-                    (left + edge(first + run.len()), bottom - edge(row) + overlap),
-                ];
-                root.draw(&Rectangle::new(corners, STEP_COLOURS[step].filled()))?;
-            }
-            first += run.len();
-        }
+    let mut steps = vec![None; count * count];
+    for cell in cells.iter().filter(|c| c.x < count && c.y < count) {
+        steps[(count - 1 - cell.y) * count + cell.x] = Some(step(cell.error_max));
     }
+    texels(root, whole, [count as u32; 2], |x, y| {
+        steps[y as usize * count + x as usize].map(|step| STEP_COLOURS[step])
+    })?;
     for cell in cells {
         let centre =
             ((left + edge(cell.x) + edge(1) / 2) / fine, (bottom - edge(cell.y) - edge(1) / 2) / fine);
@@ -171,7 +157,7 @@ fn axes(root: &Area<'_>, (x, y): (i32, i32), spans: (Span, Span), knobs: [&str; 
     let size = MAP as i32;
     let number = |value: f64| format!("{value:.0e}");
     let text = |content: String, x: i32, y: i32, horizontal: HPos, vertical: VPos, turned: bool| {
-        let mut style = anchored(8, horizontal, vertical);
+        let mut style = anchored(11, horizontal, vertical);
         if turned {
             style = style.transform(FontTransform::Rotate270);
         }
@@ -179,10 +165,10 @@ fn axes(root: &Area<'_>, (x, y): (i32, i32), spans: (Span, Span), knobs: [&str; 
     };
     text(number(spans.0.from), x, y + size + 2, HPos::Left, VPos::Top, false)?;
     text(number(spans.0.to), x + size, y + size + 2, HPos::Right, VPos::Top, false)?;
-    text(knobs[0].to_owned(), x + size / 2, y + size + 11, HPos::Center, VPos::Top, false)?;
+    text(knobs[0].to_owned(), x + size / 2, y + size + 15, HPos::Center, VPos::Top, false)?;
     text(number(spans.1.from), x - 2, y + size - 4, HPos::Right, VPos::Center, false)?;
     text(number(spans.1.to), x - 2, y + 4, HPos::Right, VPos::Center, false)?;
-    text(knobs[1].to_owned(), x - 14, y + size / 2, HPos::Center, VPos::Center, true)?;
+    text(knobs[1].to_owned(), x - 38, y + size / 2, HPos::Center, VPos::Center, true)?;
     Ok(())
 }
 
@@ -250,7 +236,7 @@ fn panel(
     let bottom = LEAST_SHARE.log10();
     let mut chart = builder.build_cartesian_2d((from..to).log_scale(), bottom - 0.2..0.1)?;
     let share = |y: &f64| if *y < bottom + 0.1 { "none".to_owned() } else { format!("1e{y:.0}") };
-    let mut mesh = mesh(&mut chart, 10);
+    let mut mesh = mesh(&mut chart, 11);
     mesh.x_labels(8).y_labels(6).x_label_formatter(&power_of_ten).y_label_formatter(&share);
     mesh.x_desc("moment bias alpha").y_desc("share with a broken bound").draw()?;
     for (i, (shares, method)) in lines.iter().zip(methods).enumerate() {

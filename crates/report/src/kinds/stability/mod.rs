@@ -23,5 +23,6 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     // What the papers say is shown by the figures.
     let figures = figures::draw(&tables)?.into_iter().map(Block::Drawing);
     let body = figures.chain(Claim::blocks(&claims)).chain(tables::blocks(&tables)).collect();
-    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
+    let breaks = tables.breaks();
+    Ok(Content { answer: tables.answer(), claims, body, breaks, ..Content::default() })
 }

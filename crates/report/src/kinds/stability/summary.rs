@@ -1,10 +1,10 @@
 //! What the records of a stability experiment say, in numbers.
 
 use crate::kinds::rows::tables;
-use crate::page::{Text, count_of, median_of, percent};
+use crate::page::{Breaks, Text, count_of, median_of, percent};
 use evaluation::{
-    Arithmetic, CellRecord, CheckRecord, PivotRecord, Shape, StabilityExperiment, StabilityRecord,
-    StabilitySample, ViewRecord, with_role,
+    Arithmetic, CellRecord, CheckRecord, PivotRecord, Shape, StabilityExperiment, StabilityMethod,
+    StabilityRecord, StabilitySample, ViewRecord, with_role,
 };
 
 tables! {
@@ -60,6 +60,25 @@ impl StabilityTables<'_> {
     /// Sums over families at the recommended bias.
     pub(crate) fn recommended(&self, method: &str, inputs: Inputs) -> Total {
         Self::total(self.of(method, inputs))
+    }
+
+    /// On which share of fragments of scenes each method breaks, by moment bias.
+    pub(crate) fn breaks(&self) -> Vec<Breaks> {
+        let of = |method: &StabilityMethod| {
+            let mut totals: Vec<(f64, u64, u64)> = Vec::new();
+            for r in self.of(&method.name, Inputs::Scenes).filter(|r| r.inputs > 0) {
+                // One that gives no number may be counted as broken, too.
+                let broken = r.violated.max(r.not_finite);
+                match totals.iter_mut().find(|total| total.0 == r.alpha) {
+                    Some(total) => *total = (r.alpha, total.1 + broken, total.2 + r.inputs),
+                    None => totals.push((r.alpha, broken, r.inputs)),
+                }
+            }
+            let share = |(alpha, broken, inputs): (f64, u64, u64)| (alpha, broken as f64 / inputs as f64);
+            let shares = totals.into_iter().map(share).collect();
+            Breaks { method: method.name.clone(), recommended: method.alpha(), shares }
+        };
+        self.experiment.technique.iter().map(of).collect()
     }
 
     /// The same over families of these shapes.

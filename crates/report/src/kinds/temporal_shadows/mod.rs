@@ -4,6 +4,7 @@ mod claims;
 mod figures;
 mod summary;
 mod tables;
+mod tradeoffs;
 
 use super::{KindPage, Reported};
 use crate::error::ReportError;
@@ -15,6 +16,7 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let tables = summary::TemporalTables::read(reported.run, reported.settings()?)?;
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
+    let tradeoffs = tradeoffs::tradeoffs(&tables);
     let explorers = figures::films(&tables);
-    Ok(Content { answer: tables.answer(), claims, body, explorers, ..Content::default() })
+    Ok(Content { answer: tables.answer(), claims, body, explorers, tradeoffs, ..Content::default() })
 }

@@ -4,6 +4,7 @@ mod claims;
 mod figures;
 mod summary;
 mod tables;
+mod tradeoffs;
 
 use super::{KindPage, Reported};
 use crate::error::ReportError;
@@ -15,5 +16,6 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let tables = summary::TranslucentTables::read(reported.run, reported.settings()?)?;
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
-    Ok(Content { answer: tables.answer(), claims, body, ..Content::default() })
+    let tradeoffs = Some(tradeoffs::tradeoffs(&tables));
+    Ok(Content { answer: tables.answer(), claims, body, tradeoffs, ..Content::default() })
 }
