@@ -16,5 +16,5 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let claims = claims::claims(&tables);
     let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
     let explorers = figures::films(&tables);
-    Ok(Content { answer: tables.answer(), claims, body, explorers, ..Content::default() })
+    Ok(Content { answer: tables.answer(), claims, body, explorers })
 }
