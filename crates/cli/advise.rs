@@ -13,7 +13,7 @@ use evaluation::{
     RecordedFile,
 };
 use scenes::AreaLight;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Find the cheapest technique, format, bias and map size whose error on a scene is within a tolerance.
 ///
@@ -21,7 +21,8 @@ use std::path::PathBuf;
 /// casters where light passes through something. Exit code 3 where nothing meets the tolerance.
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// A procedural scene (stairs, village, grove, hall), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
+    /// A procedural scene (stairs, village, grove, hall, smoke, glasshouse), a .glb, .gltf or .obj file, or a stack of `msm render` (.npz).
+    #[arg(value_parser = crate::scene_name())]
     scene: String,
     /// Largest mean error that is accepted, between 0 and 1. Without it 1.25 times what the most accurate technique reaches,
     /// one step of an 8-bit display at least.
@@ -103,6 +104,15 @@ fn parse_medium(text: &str) -> Result<MediumSetting, String> {
 
 /// Races, then says what was found.
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
+    let folders = [
+        ("--picture", arguments.picture.as_deref()),
+        ("--shader", arguments.shader.map(|_| Path::new(shader::DEFAULT_FOLDER))),
+    ];
+    for (option, folder) in folders {
+        if let Some(folder) = folder.filter(|folder| folder.exists() && !folder.is_dir()) {
+            return Err(Failure::Input(anyhow!("{option}: {} is no folder", folder.display())));
+        }
+    }
     let bar = Bar::new("candidates");
     let progress = |done: usize, all: usize| bar.set(done, all);
     let options = AdviceOptions {
@@ -150,7 +160,7 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Writes the pictures, all or none; their paths.
-fn publish(folder: &std::path::Path, pictures: &[RecordedFile]) -> Result<Vec<PathBuf>, Failure> {
+fn publish(folder: &Path, pictures: &[RecordedFile]) -> Result<Vec<PathBuf>, Failure> {
     if pictures.is_empty() {
         return Ok(Vec::new());
     }

@@ -16,29 +16,51 @@ pub(crate) fn names() -> impl Iterator<Item = &'static str> {
     EMBEDDED.iter().map(|(name, _)| *name)
 }
 
-/// The experiment of a file, or of a name: that of `experiments/NAME.toml` where there is one, else the embedded one.
-pub(crate) fn read(wanted: &Path, scale: Scale, seed: Option<u64>) -> Result<Experiment, Failure> {
-    if wanted.exists() {
-        return Ok(Experiment::read(wanted, scale, seed)?);
-    }
-    let Some(stem) = wanted.file_stem().map(|stem| stem.to_string_lossy().into_owned()) else {
-        return Ok(Experiment::read(wanted, scale, seed)?);
+/// What a user means by an experiment.
+enum Found {
+    File(PathBuf),
+    /// Name and text.
+    Embedded(&'static str, &'static str),
+}
+
+/// A file, or a name: that of `experiments/NAME.toml` where there is one, else the embedded one.
+fn find(wanted: &Path) -> Result<Found, Failure> {
+    let file = || Ok(Found::File(wanted.to_owned()));
+    let Some(stem) = wanted.file_stem().filter(|_| !wanted.exists()).map(|stem| stem.to_string_lossy())
+    else {
+        return file();
     };
     let is_name = wanted.components().count() == 1 && wanted.extension().is_none();
     let beside = Path::new(FOLDER).join(format!("{stem}.toml"));
     if is_name && beside.exists() {
-        return Ok(Experiment::read(&beside, scale, seed)?);
+        return Ok(Found::File(beside));
     }
     // A path into a checkout that is not there means the file of that name, too.
     let is_there = wanted.parent().is_some_and(|parent| parent == Path::new(FOLDER)) || is_name;
     match EMBEDDED.iter().find(|(name, _)| is_there && *name == stem) {
-        Some((name, text)) => Ok(embedded(name, text, scale, seed)?),
+        Some((name, text)) => Ok(Found::Embedded(name, text)),
         None if is_name => Err(Failure::Input(anyhow!(
             "no experiment `{stem}`: neither a file nor one of {}",
             names().collect::<Vec<_>>().join(", ")
         ))),
-        None => Ok(Experiment::read(wanted, scale, seed)?),
+        None => file(),
     }
+}
+
+/// The experiment of a file or of a name.
+pub(crate) fn read(wanted: &Path, scale: Scale, seed: Option<u64>) -> Result<Experiment, Failure> {
+    Ok(match find(wanted)? {
+        Found::File(path) => Experiment::read(&path, scale, seed)?,
+        Found::Embedded(name, text) => embedded(name, text, scale, seed)?,
+    })
+}
+
+/// Its text.
+pub(crate) fn text(wanted: &Path) -> Result<Vec<u8>, Failure> {
+    Ok(match find(wanted)? {
+        Found::File(path) => std::fs::read(&path).with_context(|| path.display().to_string())?,
+        Found::Embedded(_, text) => text.as_bytes().to_vec(),
+    })
 }
 
 fn embedded(

@@ -19,7 +19,8 @@ mod staging;
 mod storage;
 mod threads;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::builder::{OsStringValueParser, TypedValueParser};
+use clap::{ArgAction, CommandFactory, FromArgMatches, Parser, Subcommand};
 use outcome::Failure;
 use std::process::ExitCode;
 
@@ -75,9 +76,30 @@ fn quieten_drivers() {
     }
 }
 
+/// The arguments. What begins with a minus and a digit is a value: options are told what is wrong with negative numbers.
+fn parsed() -> Result<Arguments, clap::Error> {
+    let numbers = |verb: clap::Command| {
+        verb.mut_args(|argument| match argument.get_action() {
+            ArgAction::Set | ArgAction::Append => argument.allow_negative_numbers(true),
+            _ => argument,
+        })
+    };
+    let command = Arguments::command().mut_subcommands(numbers);
+    Arguments::from_arg_matches(&command.try_get_matches()?)
+}
+
+/// Scenes are named in records, which are text.
+pub(crate) fn scene_name() -> impl TypedValueParser<Value = String> {
+    OsStringValueParser::new().try_map(|name| {
+        name.into_string().map_err(|name| {
+            format!("its name {name:?} is no UTF-8: rename the file, or make a link to it of another name")
+        })
+    })
+}
+
 fn main() -> ExitCode {
     quieten_drivers();
-    match Arguments::try_parse() {
+    match parsed() {
         Ok(arguments) => outcome::exit_code(arguments.verb.execute()),
         Err(error) => outcome::usage(&error),
     }

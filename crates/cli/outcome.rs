@@ -28,6 +28,10 @@ pub(crate) struct Output {
 }
 
 impl Output {
+    pub(crate) fn is_json(self) -> bool {
+        self.format == Format::Json
+    }
+
     /// Writes the result once, in the form that was asked for.
     pub(crate) fn emit(
         self,

@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value = "brief")]
     scale: ScaleName,
     /// Scene in place of the procedural ones: a procedural name, a .glb, .gltf or .obj file, or a stack; repeatable.
-    #[arg(long = "scene", value_name = "FILE")]
+    #[arg(long = "scene", value_name = "FILE", value_parser = crate::scene_name())]
     scenes: Vec<String>,
     /// Where the experiments are; without this `experiments` if it is there, else those that msm brings along.
     #[arg(long, value_name = "DIR")]

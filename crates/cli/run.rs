@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "DIR", default_value = "results")]
     out: PathBuf,
     /// Scene to evaluate in place of the experiment's: a procedural name, a .glb, .gltf or .obj file, or a stack of `msm render` (.npz); repeatable.
-    #[arg(long = "scene", value_name = "FILE")]
+    #[arg(long = "scene", value_name = "FILE", value_parser = crate::scene_name())]
     scenes: Vec<String>,
     /// Fragments a view in place of the experiment's own number, 0 for all; for single scattering view rays of a camera.
     #[arg(long, value_name = "N")]

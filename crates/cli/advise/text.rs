@@ -166,7 +166,8 @@ pub(super) fn rows<C>(out: &mut dyn Write, answer: &Answer<C>, row: impl Fn(&C) 
         }
     }
     for choice in &answer.near_ties {
-        line("near tie", choice)?;
+        let is_within = row(choice).0.l1_error_high <= answer.tolerance;
+        line(if is_within { "near tie" } else { "near, beyond" }, choice)?;
     }
     for choice in &answer.undecided {
         line("undecided", choice)?;
@@ -190,7 +191,8 @@ pub(super) fn notes<C>(
     if !answer.near_ties.is_empty() {
         writeln!(
             out,
-            "near tie: errors within a tenth and modelled costs within a quarter of the recommended one; measure on your card"
+            "near tie: errors within a tenth and costs within a quarter of the recommended one, some beyond the tolerance; measure on your \
+             card"
         )?;
     }
     if !answer.undecided.is_empty() {

@@ -9,8 +9,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use shadow_renderer::write_array;
 use std::fs::File;
-use std::io::{BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::io::{BufReader, Cursor, ErrorKind, Read};
+use std::path::Path;
 use zip::ZipWriter;
 
 /// Rows between two reports of progress.
@@ -41,6 +41,11 @@ pub(super) fn execute(
     method: &BoundMethod,
     output: Output,
 ) -> Result<(), Failure> {
+    if out.is_none() && output.is_json() {
+        return Err(Failure::Input(anyhow!(
+            "--format json needs --out FILE: without it rows are printed as CSV"
+        )));
+    }
     let width = method.basis().len() + 1;
     let values = read(input, width)?;
     let rows = values.len() / width;
@@ -68,7 +73,7 @@ pub(super) fn execute(
     let answers: Vec<Row> = found.into_iter().map(rows_of).collect();
     let Some(out) = out else { return print(csv(&answers).as_bytes()) };
     if has_extension(out, "npz") {
-        write_archive(out, &answers)?;
+        write_whole(out, &archive(&answers).context("putting the archive together")?)?;
     } else {
         write_whole(out, csv(&answers).as_bytes())?;
     }
@@ -96,27 +101,14 @@ fn csv(rows: &[Row]) -> String {
     text
 }
 
-fn write_archive(path: &Path, rows: &[Row]) -> Result<(), Failure> {
-    let name = path.file_name().ok_or_else(|| Failure::Input(anyhow!("--out: not a file name")))?;
-    let mut partial_name = std::ffi::OsString::from(".");
-    partial_name.push(name);
-    partial_name.push(format!(".{}.partial", std::process::id()));
-    let partial: PathBuf = path.with_file_name(partial_name);
-    let write = || -> std::io::Result<()> {
-        let mut zip = ZipWriter::new(File::create(&partial)?);
-        let count = [rows.len() as u64];
-        for (k, name) in COLUMNS.iter().enumerate() {
-            write_array(&mut zip, name, &count, rows.iter().map(|row| row.bounds[k]))?;
-        }
-        write_array(&mut zip, "ok", &count, rows.iter().map(|row| u8::from(row.is_bounded)))?;
-        zip.finish()?.sync_all()?;
-        std::fs::rename(&partial, path)
-    };
-    let written = write().with_context(|| format!("cannot write {}", path.display()));
-    Ok(written.inspect_err(|_| {
-        // Without the file there is nothing to remove.
-        let _ = std::fs::remove_file(&partial);
-    })?)
+fn archive(rows: &[Row]) -> std::io::Result<Vec<u8>> {
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let count = [rows.len() as u64];
+    for (k, name) in COLUMNS.iter().enumerate() {
+        write_array(&mut zip, name, &count, rows.iter().map(|row| row.bounds[k]))?;
+    }
+    write_array(&mut zip, "ok", &count, rows.iter().map(|row| u8::from(row.is_bounded)))?;
+    Ok(zip.finish()?.into_inner())
 }
 
 /// All rows, one after another.
@@ -141,7 +133,10 @@ fn read(path: &Path, width: usize) -> Result<Vec<f64>, Failure> {
         )));
     }
     let found = npy.dtype().descr();
-    let damaged = |error: std::io::Error| fail(error.to_string());
+    let damaged = |error: std::io::Error| match error.kind() {
+        ErrorKind::UnexpectedEof => fail("is truncated".to_owned()),
+        _ => fail(error.to_string()),
+    };
     match npy.try_data::<f64>() {
         Ok(values) => values.collect::<Result<_, _>>().map_err(damaged),
         Err(npy) => match npy.try_data::<f32>() {
@@ -175,6 +170,9 @@ fn parse(text: &str, width: usize) -> Result<Vec<f64>, String> {
         }
         values.extend(row);
     }
+    if values.is_empty() {
+        return Err(format!("no row of {} moments and z_f", width - 1));
+    }
     Ok(values)
 }
 
@@ -191,6 +189,12 @@ mod tests {
         assert!(parse("1,2\n", 3).is_err_and(|reason| reason.contains("line 1: 2 numbers")));
         assert!(parse("1,2,3\na,b,c\n", 3).is_err_and(|reason| reason.contains("line 2")));
         assert!(parse("1,x,3\n", 3).is_err_and(|reason| reason.contains("line 1")));
+        for nothing in ["", "b1,b2,z\n", "PNG\n", "0.5;0.3;0.7\n"] {
+            assert!(
+                parse(nothing, 3).is_err_and(|reason| reason.contains("no row of 2 moments")),
+                "{nothing}"
+            );
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::outcome::{Failure, Output};
 use crate::run::ScaleName;
 use anyhow::{Context, anyhow};
 use clap::{Subcommand, ValueEnum};
-use evaluation::{Experiment, Scale};
+use evaluation::Scale;
 use plan::Plan;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -63,7 +63,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     setup: Option<PathBuf>,
     /// Scene in place of the experiment's, as for `msm run`; repeatable.
-    #[arg(long = "scene", value_name = "FILE")]
+    #[arg(long = "scene", value_name = "FILE", value_parser = crate::scene_name())]
     scenes: Vec<String>,
     /// Seed in place of the experiment's own.
     #[arg(long)]
@@ -114,6 +114,19 @@ fn checked(option: &str, value: Option<&String>) -> Result<(), Failure> {
     }
 }
 
+/// Minutes, MM:SS, HH:MM:SS, D-HH, D-HH:MM or D-HH:MM:SS.
+fn is_time(text: &str) -> bool {
+    let is_number = |part: &str| !part.is_empty() && part.chars().all(|c| c.is_ascii_digit());
+    let (days, rest) = text.split_once('-').map_or((None, text), |(days, rest)| (Some(days), rest));
+    days.is_none_or(is_number) && rest.split(':').count() <= 3 && rest.split(':').all(is_number)
+}
+
+/// A whole number with K, M, G or T, or of megabytes.
+fn is_memory(text: &str) -> bool {
+    let digits = text.strip_suffix(['K', 'M', 'G', 'T', 'k', 'm', 'g', 't']).unwrap_or(text);
+    !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit())
+}
+
 /// Writes the folder, or tells what it would cost, or what came of it.
 pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(ClusterVerb::Status(arguments)) = &arguments.verb {
@@ -121,8 +134,8 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     let path = arguments.experiment.as_deref().unwrap_or(Path::new(""));
     let scale = Scale::from(arguments.scale);
-    let experiment = Experiment::read(path, scale, arguments.seed)
-        .and_then(|experiment| experiment.with_scenes(&arguments.scenes))
+    let experiment = crate::experiments::read(path, scale, arguments.seed)?
+        .with_scenes(&arguments.scenes)
         .and_then(|experiment| if arguments.exhaustive { experiment.exhaustive() } else { Ok(experiment) })?;
     let shards = arguments.shards.unwrap_or(1);
     if !(1..=MOST_SHARDS).contains(&shards) {
@@ -135,7 +148,20 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
         [("--partition", &arguments.partition), ("--time", &arguments.time), ("--mem", &arguments.mem)]
     {
         checked(option, value.as_ref())?;
+        if let (Engine::Parallel, Some(_)) = (arguments.engine, value) {
+            return Err(Failure::Input(anyhow!("{option} is for Slurm: GNU parallel has no such limit")));
+        }
     }
+    let forms =
+        [("--time", &arguments.time, is_time as fn(&str) -> bool), ("--mem", &arguments.mem, is_memory)];
+    for (option, value, is_it) in forms {
+        if let Some(value) = value.as_ref().filter(|value| !is_it(value)) {
+            return Err(Failure::Input(anyhow!(
+                "{option} {value:?} is nothing that Slurm knows; see `msm cluster --help`"
+            )));
+        }
+    }
+    arguments.scenes.iter().try_for_each(|scene| evaluation::check_scene(scene))?;
     if experiment.rounds() == 0 {
         let (name, kind) = (&experiment.name, experiment.kind_name());
         let reason = format!(

@@ -30,7 +30,7 @@ pub(super) fn write(
     if absolute.to_string_lossy().contains(['\n', '%']) {
         return Err(Failure::Input(anyhow!("{}: Slurm gives % in names a meaning", out.display())));
     }
-    let source = std::fs::read(experiment).with_context(|| experiment.display().to_string())?;
+    let source = crate::experiments::text(experiment)?;
     let program = std::env::current_exe().context("the program's own path")?;
     let setup = match &arguments.setup {
         Some(path) => {

@@ -33,7 +33,8 @@ const NAME_PART: usize = 60;
 /// SCENE-VIEW-scene.png (from the scene's camera, with shadows).
 #[derive(clap::Args)]
 pub(crate) struct Arguments {
-    /// stairs, village, grove or hall, or a .glb, .gltf or .obj file.
+    /// stairs, village, grove, hall, smoke, glasshouse or grids, or a .glb, .gltf or .obj file.
+    #[arg(value_parser = crate::scene_name())]
     scene: String,
     /// Name of a light view, or the direction in which the light travels. Without this the first view: `high` of
     /// procedural scenes, (0.8, -0.6, 0.35) for files.

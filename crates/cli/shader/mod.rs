@@ -20,7 +20,7 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 /// Where `msm advise` puts its file, as `msm render` does.
-const DEFAULT_FOLDER: &str = "out";
+pub(crate) const DEFAULT_FOLDER: &str = "out";
 
 /// Depth samples of a pixel for `resolve`.
 const SAMPLES: usize = 4;

@@ -137,18 +137,80 @@ impl RunDirectory {
     }
 }
 
-/// Writes a file under a temporary name in the same directory, then renames it: no partial file is ever seen.
+/// Writes a file under a temporary name in the same directory, then renames it: no partial file is ever seen. Links are followed;
+/// what is no file, such as a device or a pipe, is written to as it is.
+///
+/// # Errors
+/// [`EvaluationError::Write`] for a folder, a file that may not be written, and whatever the system says.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), EvaluationError> {
     let fail = |source| EvaluationError::Write { path: path.to_owned(), source };
-    let name = path.file_name().ok_or_else(|| fail(io::Error::other("not a file name")))?;
+    let target = &followed(path).map_err(fail)?;
+    match std::fs::metadata(target) {
+        Ok(found) if found.is_dir() => return Err(fail(io::ErrorKind::IsADirectory.into())),
+        Ok(found) if !found.is_file() => return std::fs::write(target, bytes).map_err(fail),
+        Ok(found) if found.permissions().readonly() => {
+            return Err(fail(io::ErrorKind::PermissionDenied.into()));
+        }
+        // It is new, or may be replaced.
+        Ok(_) | Err(_) => {}
+    }
+    let name = target.file_name().ok_or_else(|| fail(io::Error::other("not a file name")))?;
     let mut temporary_name = std::ffi::OsString::from(".");
     temporary_name.push(name);
     temporary_name.push(format!(".{}.partial", std::process::id()));
-    let temporary = path.with_file_name(temporary_name);
-    let written = std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
+    let temporary = target.with_file_name(temporary_name);
+    let written = std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, target));
     written.map_err(|source| {
         // Nothing to clean up if the temporary file could not even be created.
         let _ = std::fs::remove_file(&temporary);
         fail(source)
     })
+}
+
+/// What a path leads to over symbolic links, the last of which may lead to nothing yet.
+fn followed(path: &Path) -> io::Result<PathBuf> {
+    /// More links than that are a circle.
+    const LINKS: usize = 40;
+    let mut target = path.to_owned();
+    for _ in 0..LINKS {
+        match std::fs::read_link(&target) {
+            Ok(next) => target = target.parent().unwrap_or(Path::new("")).join(next),
+            // No link, or nothing at all.
+            Err(_) => return Ok(target),
+        }
+    }
+    Err(io::Error::other("too many symbolic links"))
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn links_devices_and_read_only_files_are_left_what_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("there"), "old").unwrap();
+        std::os::unix::fs::symlink("there", at("link")).unwrap();
+        std::os::unix::fs::symlink("new", at("to-nothing")).unwrap();
+        std::os::unix::fs::symlink("circle", at("circle")).unwrap();
+        write_whole(&at("link"), b"one").unwrap();
+        write_whole(&at("to-nothing"), b"two").unwrap();
+        assert!(at("link").is_symlink() && at("to-nothing").is_symlink());
+        assert_eq!(std::fs::read(at("there")).unwrap(), b"one");
+        assert_eq!(std::fs::read(at("new")).unwrap(), b"two");
+        assert!(write_whole(&at("circle"), b"three").is_err());
+        let mut permissions = std::fs::metadata(at("there")).unwrap().permissions();
+        permissions.set_readonly(true);
+        std::fs::set_permissions(at("there"), permissions).unwrap();
+        assert!(write_whole(&at("there"), b"four").is_err() && write_whole(folder.path(), b"five").is_err());
+        assert_eq!(std::fs::read(at("there")).unwrap(), b"one");
+        // Nobody can write there, so that nothing is changed should this fail.
+        let full = Path::new("/dev/full");
+        if full.exists() {
+            assert!(write_whole(full, b"six").is_err());
+            assert!(!std::fs::metadata(full).unwrap().is_file());
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 5);
+    }
 }

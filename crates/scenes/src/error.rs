@@ -5,7 +5,8 @@
 pub enum SceneError {
     /// The specification is neither a procedural scene nor a path with a known extension.
     #[error(
-        "unknown scene {spec:?}: expected stairs, village, grove or hall, or a path ending in .glb, .gltf or .obj"
+        "unknown scene {spec:?}: expected stairs, village, grove, hall, smoke, glasshouse or grids, or a path ending in .glb, .gltf or \
+         .obj"
     )]
     UnknownScene {
         /// What was asked for.

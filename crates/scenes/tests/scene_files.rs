@@ -34,7 +34,9 @@ fn specifications_are_names_or_paths() {
     for bad in ["castle", "", "scene.fbx", "Stairs"] {
         let message = load_scene(bad).unwrap_err().to_string();
         assert!(
-            message.starts_with(&format!("unknown scene {bad:?}: expected stairs, village, grove or hall")),
+            message.starts_with(&format!(
+                "unknown scene {bad:?}: expected stairs, village, grove, hall, smoke, glasshouse or grids, "
+            )),
             "{message}"
         );
     }

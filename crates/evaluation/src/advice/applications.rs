@@ -108,12 +108,18 @@ pub(super) fn soft_shadows(
     sets.push(members(&race, &arms, |arm| race.course.member(arm)));
     let answer = arms.map(|arm| soft::choice(&race, arm, least, unit));
     Ok(Some(SoftShadowAdvice {
-        views: lit.iter().map(|view| format!("{}, {}", view.view, view.light.light)).collect(),
+        views: lit.iter().map(|view| lit_view(view)).collect(),
         fragments: lit.iter().map(|view| view.receivers.len()).sum(),
         nothing,
         truth_standard_error: race.course.truth_error(),
         answer,
     }))
+}
+
+/// A view with its light, once.
+fn lit_view(view: &SceneView) -> String {
+    let light = view.light.light.to_string();
+    if view.view.ends_with(&light) { view.view.clone() } else { format!("{}, {light}", view.view) }
 }
 
 /// What is told of single scattering; `None` without a medium.

@@ -25,6 +25,9 @@ impl Lighting {
                 read.into_iter().map(|view| view.relative_to(origin)).collect()
             }
         };
+        if let Some(twice) = repeated(&self.views) {
+            return Err(LightingError::Twice(twice.to_owned()));
+        }
         let is_local = self.light.is_some_and(|light| light.front().is_some());
         let views = match &self.views[..] {
             // A local light has its own direction.
@@ -38,8 +41,15 @@ impl Lighting {
     }
 }
 
+/// The first name that stands before.
+fn repeated(names: &[String]) -> Option<&str> {
+    names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)).map(|(_, name)| name.as_str())
+}
+
 #[derive(Debug, thiserror::Error)]
 enum LightingError {
+    #[error("view `{0}` is asked for twice")]
+    Twice(String),
     #[error(transparent)]
     View(#[from] ViewError),
     #[error(transparent)]

@@ -87,7 +87,14 @@ impl LoadedScene<'_> {
             }
             Ok(LoadedScene { label, source, lights })
         };
-        labels.iter().enumerate().map(load).collect()
+        let loaded: Vec<LoadedScene<'a>> = labels.iter().enumerate().map(load).collect::<Result<_, _>>()?;
+        let is_known =
+            |view: &&String| loaded.iter().any(|scene| scene.lights.iter().any(|light| light.name == **view));
+        if let Some((i, view)) = views.iter().enumerate().find(|(_, view)| !is_known(view)) {
+            let reason = format!("views: `{view}` is a view of none of {}", labels.join(", "));
+            return Err(EvaluationError::Key { key: format!("views[{i}]"), reason });
+        }
+        Ok(loaded)
     }
 
     /// Renders one of its views.

@@ -56,6 +56,14 @@ impl SceneSettings {
         if needs_scenes && self.scenes.is_empty() {
             return Err(EvaluationError::key("scenes", "scenes is empty"));
         }
+        for (key, names) in [("scenes", &self.scenes), ("views", &self.views)] {
+            if let Some((i, name)) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+                return Err(EvaluationError::key(
+                    format!("{key}[{i}]"),
+                    format!("{key}: `{name}` stands there twice"),
+                ));
+            }
+        }
         let plane = Reference { bias: DepthBias::default(), plane_limit: self.plane_limit };
         plane.check().map_err(in_key(""))?;
         self.check_kernel(&self.kernel, "kernel")

@@ -114,6 +114,11 @@ fn load(
     options: &LoadOptions,
 ) -> Result<Scene, FileFault> {
     let mut warnings = Warnings::default();
+    if let (Format::Obj, Some(wanted)) =
+        (format, options.pose.animation.as_deref().filter(|name| *name != "none"))
+    {
+        return Err(FileFault::invalid("animations", format!("an OBJ file has none, and no `{wanted}`")));
+    }
     let loaded = match format {
         Format::Gltf => gltf::load(bytes, folder, &options.pose, &mut warnings)?,
         Format::Obj => obj::load(bytes, folder, &mut warnings)?,

@@ -73,24 +73,35 @@ impl ShadowMapStack {
 
     fn write_archive(&self, path: &Path, frame: Option<&LightFrame>) -> io::Result<()> {
         let mut zip = ZipWriter::new(File::create(path)?);
+        match self.write_arrays(&mut zip, frame) {
+            Ok(()) => zip.finish()?.sync_all(),
+            Err(error) => {
+                // Dropped, it would try to complete the archive and complain on standard error.
+                std::mem::forget(zip);
+                Err(error)
+            }
+        }
+    }
+
+    fn write_arrays(&self, zip: &mut ZipWriter<File>, frame: Option<&LightFrame>) -> io::Result<()> {
         let fragments = self.fragments() as u64;
         let version = if self.opacities.is_empty() { OPAQUE_VERSION } else { VERSION };
-        write_array(&mut zip, "version", &[], [version])?;
-        write_array(&mut zip, "width", &[], [self.width])?;
-        write_array(&mut zip, "height", &[], [self.height])?;
-        write_array(&mut zip, "offsets", &[self.offsets.len() as u64], self.offsets.iter().copied())?;
-        write_array(&mut zip, "depths", &[fragments], self.depths.iter().copied())?;
-        write_array(&mut zip, "gradients", &[fragments, 2], self.gradients.iter().flatten().copied())?;
+        write_array(zip, "version", &[], [version])?;
+        write_array(zip, "width", &[], [self.width])?;
+        write_array(zip, "height", &[], [self.height])?;
+        write_array(zip, "offsets", &[self.offsets.len() as u64], self.offsets.iter().copied())?;
+        write_array(zip, "depths", &[fragments], self.depths.iter().copied())?;
+        write_array(zip, "gradients", &[fragments, 2], self.gradients.iter().flatten().copied())?;
         let bytes = self.light_facing.words.iter().flat_map(|word| word.to_le_bytes());
         let bytes_used = fragments.div_ceil(8);
-        write_array(&mut zip, "light_facing", &[bytes_used], bytes.take(bytes_used as usize))?;
+        write_array(zip, "light_facing", &[bytes_used], bytes.take(bytes_used as usize))?;
         if !self.opacities.is_empty() {
-            write_array(&mut zip, "opacities", &[fragments], self.opacities.iter().copied())?;
+            write_array(zip, "opacities", &[fragments], self.opacities.iter().copied())?;
         }
         if let Some(frame) = frame {
-            write_frame(&mut zip, frame)?;
+            write_frame(zip, frame)?;
         }
-        zip.finish()?.sync_all()
+        Ok(())
     }
 
     /// Reads an archive written by [`ShadowMapStack::save`] or by `np.savez` or `np.savez_compressed` with the same
@@ -154,7 +165,7 @@ fn write_frame(zip: &mut ZipWriter<File>, frame: &LightFrame) -> io::Result<()> 
 /// # Errors
 /// What the system says where writing fails.
 pub fn write_array<T: AutoSerialize>(
-    zip: &mut ZipWriter<File>,
+    zip: &mut ZipWriter<impl Write + Seek>,
     name: &str,
     shape: &[u64],
     values: impl IntoIterator<Item = T>,

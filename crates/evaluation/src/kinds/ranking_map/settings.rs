@@ -99,6 +99,18 @@ impl Settings for RankingMapExperiment {
                     format!("variation `{BASE}` is the name of the settings that others are compared with");
                 return Err(EvaluationError::key(format!("{place}.name"), reason));
             }
+            let plain = Variation {
+                name: variation.name.clone(),
+                axis: variation.axis.clone(),
+                ..Variation::default()
+            };
+            if variation.name.is_empty() {
+                return Err(EvaluationError::key(format!("{place}.name"), "variation without a name"));
+            }
+            if *variation == plain {
+                let reason = format!("variation `{}` varies nothing", variation.name);
+                return Err(EvaluationError::key(place, reason));
+            }
             if let Some(scene) = variation.scene.as_ref().filter(|scene| !self.scenery.scenes.contains(scene))
             {
                 let reason = format!("scene `{scene}` is none of `scenes`");

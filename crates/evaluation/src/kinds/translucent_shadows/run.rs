@@ -90,6 +90,10 @@ impl TranslucentShadowsExperiment {
         let plan = Plan::new(self)?;
         let scenes = LoadedScene::load_all(&self.scenery.scenes, &self.scenery.views)?;
         picture::check(self, &scenes)?;
+        if !scenes.iter().any(LoadedScene::may_be_translucent) {
+            let reason = format!("nothing on {} lets light through", self.scenery.scenes.join(", "));
+            return Err(EvaluationError::key("scenes", reason));
+        }
         let views: Vec<_> =
             scenes.iter().flat_map(|scene| scene.lights.iter().map(move |light| (scene, light))).collect();
         let view = |number: usize| View::new(self, &plan.kernel, views[number], number);
