@@ -6,8 +6,8 @@ use super::compute::{self, Resource};
 use applications::scattering::{
     Blending, FilteredDepths, Frustum, Jitter, LightAxes, LightMap, Marched, Medium, Prefiltered,
     Rectification, RectifiedMap, RectifiedTexel, SingleScattering, Spacing, StoredPrefixes, ViewRay,
-    look_up_shader, march_shader, prefix_map_shader, prefix_words, resample_filtered_shader, resample_shader,
-    scattering_uniform,
+    look_up_between_shader, look_up_shader, march_shader, prefix_map_shader, prefix_words,
+    resample_filtered_shader, resample_shader, scattering_uniform,
 };
 use applications::{Application, Estimate};
 use libtest_mimic::{Failed, Trial};
@@ -42,8 +42,14 @@ pub fn trials() -> Vec<Trial> {
     for (name, spec, blending) in techniques() {
         let of = spec.clone();
         trials.push(Trial::test(format!("wgsl::scattering::{name}"), move || valid(&of, blending)));
-        trials.push(gpu_trial(format!("scattering::{name}"), move || prefiltered(&spec, blending, &[])));
+        trials.push(gpu_trial(format!("scattering::{name}"), move || {
+            prefiltered(&spec, (blending, Spacing::default()), &[])
+        }));
     }
+    let (_, four, half) = techniques().swap_remove(1);
+    trials.push(gpu_trial("scattering::two_spacings".into(), move || {
+        prefiltered(&four, (half, Spacing::Two), &[])
+    }));
     trials.push(gpu_trial("scattering::resample".into(), || resample("")));
     trials.push(gpu_trial("scattering::resample_filtered".into(), || resample_filtered("")));
     trials.push(gpu_trial("scattering::march".into(), || march("")));
@@ -212,7 +218,11 @@ pub(crate) fn judge(
     super::compare(what, &shader, &single, &vec![0.0; single.len()], &[1.0])
 }
 
-pub(crate) fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&str]) -> Result<(), Failed> {
+pub(crate) fn prefiltered(
+    spec: &TechniqueSpec,
+    (blending, spacing): (Blending, Spacing),
+    faults: &[&str],
+) -> Result<(), Failed> {
     let technique = spec.build()?;
     let stored = StoredPrefixes { technique: &technique, blending, margin: margin(spec) };
     let (mut found, mut single, mut exact) = (Vec::new(), Vec::new(), Vec::new());
@@ -221,7 +231,7 @@ pub(crate) fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&s
         let band = if faults.contains(&"no guard band") { 0.0 } else { 0.05 };
         let rectification = seen.rectification(0.05)?;
         let rectified = RectifiedMap::nearest(rectification, &view.light);
-        let spacing = Spacing::default().inverse_sines(&rectified, &seen.frustum(), &view, &seen.rays);
+        let spacing = spacing.inverse_sines(&rectified, &seen.frustum(), &view, &seen.rays);
         let double = Prefiltered::<f64>::new(stored, &rectified, &view, &spacing)?;
         let float = Prefiltered::<f32>::new(stored, &rectified, &view, &spacing)?;
         let texels: Vec<[f32; 4]> = rectified
@@ -229,17 +239,18 @@ pub(crate) fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&s
             .iter()
             .map(|t| [t.depths[0], t.depths[1], t.weights[0], t.weights[1]].map(|value| value as f32))
             .collect();
-        let inverse_sines: Vec<f32> = spacing[0].iter().map(|&value| value as f32).collect();
+        let inverse_sines: Vec<f32> = spacing.iter().flatten().map(|&value| value as f32).collect();
+        let maps = spacing.len();
         let uniform = scattering_uniform(&view, &seen.rectification(band)?);
         let words = prefix_words(&technique);
         let source = faulty(prefix_map_shader(&stored, SIZE).ok_or("no shader")?, faults);
         let resources = [
             Resource::Read(bytemuck::cast_slice(&texels)),
-            Resource::Write(4 * texels.len() * words),
+            Resource::Write(4 * texels.len() * words * maps),
             Resource::Uniform(bytemuck::cast_slice(&uniform)),
             Resource::Read(bytemuck::cast_slice(&inverse_sines)),
         ];
-        let map: Vec<u32> = compute::run(&[(&source, "prefix", SIZE[1] as u32)], &resources, 1)?;
+        let map: Vec<u32> = compute::run(&[(&source, "prefix", (maps * SIZE[1]) as u32)], &resources, 1)?;
         if spec.format() == NumberFormat::F32 {
             let values: Vec<f32> = map.iter().map(|&word| f32::from_bits(word)).collect();
             let [a, b] = [float.map().ok_or("no map")?.data().to_vec(), values];
@@ -247,12 +258,14 @@ pub(crate) fn prefiltered(spec: &TechniqueSpec, blending: Blending, faults: &[&s
             judge(&format!("{}, prefix sums", technique.name()), &b, &a, exact, 0)?;
         }
         let rays = seen.rays_for_shader(|ray| if ray.length.is_finite() { ray.length } else { -1.0 });
-        let source = faulty(look_up_shader(&stored, SIZE).ok_or("no shader")?, faults);
+        let shader = if maps > 1 { look_up_between_shader } else { look_up_shader };
+        let source = faulty(shader(&stored, SIZE).ok_or("no shader")?, faults);
         let resources = [
             Resource::Read(bytemuck::cast_slice(&map)),
             Resource::Read(bytemuck::cast_slice(&rays)),
             Resource::Write(4 * rays.len()),
             Resource::Uniform(bytemuck::cast_slice(&uniform)),
+            Resource::Read(bytemuck::cast_slice(&inverse_sines)),
         ];
         let groups = (rays.len() as u32).div_ceil(64);
         let shares: Vec<f32> = compute::run(&[(&source, "look_up", groups)], &resources, 2)?;
@@ -372,7 +385,8 @@ pub(crate) fn march(fault: &str) -> Result<(), Failed> {
 fn valid(spec: &TechniqueSpec, blending: Blending) -> Result<(), Failed> {
     let technique = spec.build()?;
     let stored = StoredPrefixes { technique: &technique, blending, margin: margin(spec) };
-    for source in [prefix_map_shader(&stored, SIZE), look_up_shader(&stored, SIZE)] {
+    let shaders = [prefix_map_shader, look_up_shader, look_up_between_shader];
+    for source in shaders.map(|shader| shader(&stored, SIZE)) {
         Module::new(&source.ok_or("no shader")?)?;
     }
     Module::new(&resample_shader(SIZE))?;

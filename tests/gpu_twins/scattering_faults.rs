@@ -2,7 +2,7 @@
 
 use super::adapter::gpu_trial;
 use super::scattering::{march, prefiltered, resample, resample_filtered, techniques};
-use applications::scattering::Blending;
+use applications::scattering::{Blending, Spacing};
 use libtest_mimic::{Failed, Trial};
 
 pub fn trials() -> Vec<Trial> {
@@ -22,13 +22,22 @@ fn planted_faults() -> Result<(), Failed> {
         ("running = totals[thread - 1u]=>running = totals[thread]", Blending::Fixed(0.5)),
         ("exponential(-exponent)=>1.0", Blending::Fixed(0.5)),
     ] {
-        if prefiltered(&spec, blending, &[fault]).is_ok() {
+        if prefiltered(&spec, (blending, Spacing::default()), &[fault]).is_ok() {
             return Err(format!("the comparison missed `{fault}`").into());
         }
     }
     let (_, of_sines, blending) = techniques().swap_remove(7);
-    for fault in ["return MARGIN + STORED_SPAN * depth=>return depth"] {
-        if prefiltered(&of_sines, blending, &[fault]).is_ok() {
+    let (_, four, half) = techniques().swap_remove(1);
+    for (spec, settings, fault) in [
+        (&of_sines, (blending, Spacing::default()), "return MARGIN + STORED_SPAN * depth=>return depth"),
+        (
+            &four,
+            (half, Spacing::Two),
+            "(1.0 / sine - near) / (far - near)=>(1.0 / sine - far) / (near - far)",
+        ),
+        (&four, (half, Spacing::Two), "let row = map * ROWS + =>let row = "),
+    ] {
+        if prefiltered(spec, settings, &[fault]).is_ok() {
             return Err(format!("the comparison missed `{fault}`").into());
         }
     }

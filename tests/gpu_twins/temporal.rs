@@ -226,7 +226,7 @@ fn twins(method: &TemporalMethod, scenes: usize, fault: &str) -> Result<(), Fail
         single.extend(shadows::<f32>(method, frames));
         exact.extend(shadows::<f64>(method, frames));
     }
-    let what = format!("buffer in {}, {} pixels", method.format, found.len());
+    let what = format!("buffer in {}, {} values", method.format, found.len());
     judge(&what, &found, &single, &exact, found.len() / JUMPS)
 }
 

@@ -17,13 +17,32 @@ fn transmitted_length(start: f32, length: f32) -> f32 {
     return select(exponential(-before), 0.0, before > 87.0) * lost;
 }
 
-fn texel_at(row: i32, column: u32, weight: f32, sum: array<f32, CHANNELS>) -> array<f32, CHANNELS> {
-    var found = sum;
+// Texels that a ray's end lies between, and the shares of the second ones.
+struct Place {
+    rows: vec2<u32>,
+    columns: vec2<u32>,
+    down: f32,
+    across: f32,
+}
+
+fn inner_row(row: i32) -> u32 {
     let rows = i32(ROWS);
-    let inside = select(clamp(row, 0, rows - 1), (row + rows) % rows, view.wraps > 0.5);
-    let texel = load(u32(inside) * COLUMNS + column);
-    for (var k = 0u; k < CHANNELS; k++) {
-        found[k] = found[k] + weight * texel[k];
+    return u32(select(clamp(row, 0, rows - 1), (row + rows) % rows, view.wraps > 0.5));
+}
+
+// Of one of the maps, which lie one behind the other.
+fn mean_at(map: u32, place: Place) -> array<f32, CHANNELS> {
+    var found: array<f32, CHANNELS>;
+    for (var corner = 0u; corner < 4u; corner++) {
+        let is_right = (corner & 1u) == 1u;
+        let is_low = corner >= 2u;
+        let weight = select(1.0 - place.down, place.down, is_low)
+            * select(1.0 - place.across, place.across, is_right);
+        let row = map * ROWS + select(place.rows.x, place.rows.y, is_low);
+        let texel = load(row * COLUMNS + select(place.columns.x, place.columns.y, is_right));
+        for (var k = 0u; k < CHANNELS; k++) {
+            found[k] = found[k] + weight * texel[k];
+        }
     }
     return found;
 }
@@ -40,21 +59,19 @@ fn look_up(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups
     // Where the look-up ends: at the ray's end, or the last column.
     let end_r = select(min(ray.w * r, view.r_max), view.r_max, is_endless);
     // Prefix u ends at the outer border of texel u.
-    let place = clamp(end_r / view.column_width - 1.0, 0.0, f32(COLUMNS - 1u));
-    let column = u32(place);
-    let across = place - f32(column);
+    let prefix = clamp(end_r / view.column_width - 1.0, 0.0, f32(COLUMNS - 1u));
+    let column = u32(prefix);
+    let across = prefix - f32(column);
     let next = min(column + 1u, COLUMNS - 1u);
     let along = row_place(view, azimuth(ray.x, ray.y)) - 0.5;
     let row = i32(floor(along));
     let down = along - floor(along);
-    var mean: array<f32, CHANNELS>;
-    mean = texel_at(row, column, (1.0 - down) * (1.0 - across), mean);
-    mean = texel_at(row, next, (1.0 - down) * across, mean);
-    mean = texel_at(row + 1, column, down * (1.0 - across), mean);
-    mean = texel_at(row + 1, next, down * across, mean);
+    let place = Place(vec2<u32>(inner_row(row), inner_row(row + 1)), vec2<u32>(column, next), down, across);
     let depth = stored_depth(clamp_unit(rectified_depth(view, r, ray.z)));
     let cosine = -ray.z;
-    let lit = clamp_unit(1.0 - shadowed(dequantise(mean), depth, cosine));
+    var dark = shadowed(dequantise(mean_at(0u, place)), depth, cosine);
+    dark = between_spacings(dark, place, r, depth, cosine);
+    let lit = clamp_unit(1.0 - dark);
     let reached = end_r / r;
     if r == 0.0 || (!is_endless && ray.w * r <= view.r_max) {
         shares[index] = lit;

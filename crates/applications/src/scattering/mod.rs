@@ -30,8 +30,8 @@ pub use rectification::{Frustum, LightAxes, Rectification, RectificationError, R
 pub use rectified_map::{FilteredDepths, RectifiedMap, RectifiedTexel};
 pub use resample::{Resampled, resample};
 pub use shaders::{
-    look_up_shader, march_shader, prefix_map_shader, prefix_words, resample_filtered_shader, resample_shader,
-    scattering_uniform,
+    look_up_between_shader, look_up_shader, march_shader, prefix_map_shader, prefix_words,
+    resample_filtered_shader, resample_shader, scattering_uniform,
 };
 pub use spacing::Spacing;
 pub use two_depths::{TwoDepths, two_depths};

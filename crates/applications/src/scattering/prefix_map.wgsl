@@ -1,9 +1,9 @@
-// Encoded rectified texels to normalised prefix sums, a workgroup a row: sums of segments, their prefix sums, then each texel.
+// Encoded rectified texels to normalised prefix sums, a workgroup a row of a map: sums of segments, their prefix sums, then each texel.
 
 @group(0) @binding(0) var<storage, read> texels: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> stored: array<u32>;
 @group(0) @binding(2) var<uniform> view: Scattering;
-// 1 / sin(theta) that a row's spacing is right for.
+// 1 / sin(theta) that a row's spacing is right for; those of a second map stand behind, as does that map.
 @group(0) @binding(3) var<storage, read> inverse_sines: array<f32>;
 
 const SEGMENT: u32 = (COLUMNS + THREADS - 1u) / THREADS;
@@ -39,8 +39,8 @@ fn weight_of(u: u32, optical_depth: f32) -> f32 {
 
 @compute @workgroup_size(THREADS)
 fn prefix(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) thread: u32) {
-    let row = group.x;
-    let optical_depth = view.extinction * view.column_width * inverse_sines[row];
+    let row = group.x % ROWS;
+    let optical_depth = view.extinction * view.column_width * inverse_sines[group.x];
     let start = min(thread * SEGMENT, COLUMNS);
     let end = min(start + SEGMENT, COLUMNS);
     var sums: array<f32, SUMMED>;
@@ -81,6 +81,6 @@ fn prefix(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_ind
         for (var k = 0u; k < CHANNELS; k++) {
             mean[k] = running[k] / running[CHANNELS];
         }
-        store(row * COLUMNS + u, mean);
+        store(group.x * COLUMNS + u, mean);
     }
 }

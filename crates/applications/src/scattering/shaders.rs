@@ -13,6 +13,12 @@ const RESAMPLE: &str = include_str!("resample.wgsl");
 const RESAMPLE_FILTERED: &str = include_str!("resample_filtered.wgsl");
 const PREFIX_MAP: &str = include_str!("prefix_map.wgsl");
 const LOOK_UP: &str = include_str!("look_up.wgsl");
+const TWO_SPACINGS: &str = include_str!("two_spacings.wgsl");
+const ONE_SPACING: &str = "
+fn between_spacings(dark: f32, place: Place, sine: f32, depth: f32, cosine: f32) -> f32 {
+    return dark;
+}
+";
 const MARCH: &str = include_str!("march.wgsl");
 
 /// Bytes of workgroup memory that every adapter has.
@@ -75,7 +81,7 @@ pub fn resample_filtered_shader<P: Precision>(depths: &FilteredDepths<'_, P>, si
     joined(&(of_size(size) + &counts + &ends), &[ELEMENTARY, RECTIFIED, &dequantise, RESAMPLE_FILTERED])
 }
 
-/// Encodes and sums a rectified map. Entry point `prefix`, a group a row. `None` for what has no shader, and for formats that
+/// Encodes and sums a rectified map. Entry point `prefix`, a group a row, and once more as many for a second spacing. `None` for what has no shader, and for formats that
 /// it does not know.
 pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
     let technique = stored.technique;
@@ -91,6 +97,15 @@ pub fn prefix_map_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Optio
 
 /// Looks rays up. Entry point `look_up`, 64 rays a group. `None` as for [`prefix_map_shader`].
 pub fn look_up_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
+    looked_up(stored, size, ONE_SPACING)
+}
+
+/// The same between the two maps of [`super::Spacing::Two`], which lie one behind the other.
+pub fn look_up_between_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<String> {
+    looked_up(stored, size, TWO_SPACINGS)
+}
+
+fn looked_up(stored: &StoredPrefixes<'_>, size: [usize; 2], spacings: &str) -> Option<String> {
     let technique = stored.technique;
     let [_, dequantise] = technique.transform_wgsl();
     let blended = "    let pair = biased_bounds(b, depth);\n    return pair.x + beta * (pair.y - pair.x);\n";
@@ -106,7 +121,7 @@ pub fn look_up_shader(stored: &StoredPrefixes<'_>, size: [usize; 2]) -> Option<S
     );
     let functions = functions(stored)?;
     let load = packed_values::load_wgsl(technique, "stored")?;
-    Some(joined(&of_size(size), &[&functions, RECTIFIED, &dequantise, &shadowed, LOOK_UP, &load]))
+    Some(joined(&of_size(size), &[&functions, RECTIFIED, &dequantise, &shadowed, LOOK_UP, spacings, &load]))
 }
 
 /// Marches rays with so many steps. Entry point `march`, 64 rays a group.

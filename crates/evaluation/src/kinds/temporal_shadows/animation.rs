@@ -82,7 +82,7 @@ impl<'a> Reel<'a> {
             && self.view == lighting.light.view.name
             && setting.light == light
             && setting.path == path;
-        if !is_here || at.frame % setting.every != 0 {
+        if !is_here || !at.frame.is_multiple_of(setting.every) {
             return;
         }
         let column = |&technique: &usize| {
