@@ -18,5 +18,5 @@ fn content(reported: &Reported<'_>) -> Result<Content, ReportError> {
     let body = Block::body(&claims, figures::draw(reported.run, &tables)?, tables::blocks(&tables));
     let tradeoffs = tradeoffs::tradeoffs(&tables);
     let explorers = figures::films(&tables);
-    Ok(Content { answer: tables.answer(), claims, body, explorers, tradeoffs })
+    Ok(Content { answer: tables.answer(), claims, body, explorers, tradeoffs, ..Content::default() })
 }
