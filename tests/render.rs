@@ -265,7 +265,7 @@ fn bad_input_is_one_line_and_leaves_nothing() {
     let bad = |arguments: &[&str], needle: &str| refused(&folder, 2, arguments, needle);
 
     bad(&[], "SCENE");
-    bad(&["castle"], "stairs, village, grove or hall");
+    bad(&["castle"], "stairs, village, grove, hall, smoke, glasshouse or grids");
     bad(&["missing.glb"], "missing.glb");
     bad(&["bad.toml"], "unknown scene");
     for file in ["short.glb", "long.glb", "noise.gltf", "folder.glb", "nan.obj"] {

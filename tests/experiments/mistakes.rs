@@ -144,7 +144,7 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
             [
                 ("follow = 6", "folow = 6", "unknown field `folow`"),
                 ("order = 4", "order = 9", "order: m = 9 is not between"),
-                ("name = \"128 cells\"", "name = \"512 cells\"", "variation `512 cells` appears twice"),
+                ("name = \"512 cells\"", "name = \"128 cells\"", "variation `128 cells` appears twice"),
                 ("cells = 512", "cells = 5", "cells = 5 is not between"),
                 ("scene = \"village\"", "scene = \"vilage\"", "scene `vilage` is none of `scenes`"),
             ],
@@ -250,7 +250,7 @@ fn mistakes_in_candidates_name_line_and_value() {
         ("divisors = [1, 2, 4]", "divisors = [3]", "divisors[0] = 3"),
         ("{ leak_reduction = 0.3 }", "{ leak_reduction = 1.0 }", "leak_reduction = 1"),
         ("\"VSM, f32\"", "\"VSM, f64\"", "VSM, f64"),
-        ("kernels = [5, 17, 33]", "kernels = [4]", "kernel size 4"),
+        ("kernels = [3, 5, 17, 33, 65]", "kernels = [4]", "kernel size 4"),
         ("rounds = 1", "rounds = 0", "in 0 rounds"),
         ("output = [320, 180]", "output = [0, 180]", "every_view"),
         ("gap_tolerances = [0.1, 0.02, 0.004]", "gap_tolerances = [0.0]", "tolerance 0"),

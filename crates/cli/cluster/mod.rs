@@ -152,15 +152,6 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
             return Err(Failure::Input(anyhow!("{option} is for Slurm: GNU parallel has no such limit")));
         }
     }
-    let forms =
-        [("--time", &arguments.time, is_time as fn(&str) -> bool), ("--mem", &arguments.mem, is_memory)];
-    for (option, value, is_it) in forms {
-        if let Some(value) = value.as_ref().filter(|value| !is_it(value)) {
-            return Err(Failure::Input(anyhow!(
-                "{option} {value:?} is nothing that Slurm knows; see `msm cluster --help`"
-            )));
-        }
-    }
     arguments.scenes.iter().try_for_each(|scene| evaluation::check_scene(scene))?;
     if experiment.rounds() == 0 {
         let (name, kind) = (&experiment.name, experiment.kind_name());
@@ -171,6 +162,16 @@ pub(crate) fn execute(arguments: &Arguments) -> Result<(), Failure> {
     }
     if arguments.dry_run {
         return forecast::execute(arguments, &experiment, shards);
+    }
+    // A forecast warns of them.
+    let forms =
+        [("--time", &arguments.time, is_time as fn(&str) -> bool), ("--mem", &arguments.mem, is_memory)];
+    for (option, value, is_it) in forms {
+        if let Some(value) = value.as_ref().filter(|value| !is_it(value)) {
+            return Err(Failure::Input(anyhow!(
+                "{option} {value:?} is nothing that Slurm knows; see `msm cluster --help`"
+            )));
+        }
     }
     let out = arguments.out.as_deref().unwrap_or(Path::new(""));
     let plan = Plan::new(arguments, &experiment, (scale, shards))?;
