@@ -61,7 +61,7 @@ const SECONDS: [(&str, f64); 14] = [
     ("quantization", 97.0),
     ("stability", 43.0),
     ("candidate-search", 14.0),
-    ("ranking-map", 30.0),
+    ("ranking-map", 44.0),
     ("soft-shadows", 36.0),
     ("single-scattering", 24.0),
     ("temporal-shadows", 50.0),
