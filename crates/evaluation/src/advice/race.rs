@@ -8,6 +8,7 @@
 use crate::error::EvaluationError;
 use crate::statistics::Sums;
 use random_stream::Random;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Receivers of the first round: as few as make the widest candidates stand apart.
@@ -100,6 +101,20 @@ pub(super) fn by_view(shuffled: &[(u32, u32)], range: Range<usize>) -> Vec<(usiz
         .chunk_by(|&a, &b| shuffled[a].0 == shuffled[b].0)
         .map(|group| (shuffled[group[0]].0 as usize, group.to_vec()))
         .collect()
+}
+
+/// Adds what `of_chunk` says of places, chunk by chunk of a fixed size and in their order: sums do not depend on the number of
+/// threads.
+pub(super) fn add_chunks(
+    sums: &mut [Sums],
+    places: &[usize],
+    chunk: usize,
+    of_chunk: impl Fn(&[usize]) -> Vec<Sums> + Send + Sync,
+) {
+    let chunks: Vec<Vec<Sums>> = places.par_chunks(chunk).map(of_chunk).collect();
+    for chunk in &chunks {
+        sums.iter_mut().zip(chunk).for_each(|(sums, more)| sums.add(more));
+    }
 }
 
 impl<C: Course> Race<C> {

@@ -2,7 +2,7 @@
 
 use super::budget::{Budget, Costs};
 use super::query::Measured;
-use super::race::{Course, Race, by_view, shuffled};
+use super::race::{Course, Race, add_chunks, by_view, shuffled};
 use super::shipping::BiasInView;
 use super::together::{Member, Shared};
 use crate::error::EvaluationError;
@@ -199,11 +199,7 @@ impl Course for TranslucentCourse<'_> {
                 }
                 sums
             };
-            // Sums of chunks of a fixed size are added in order: they do not depend on the number of threads.
-            let chunks: Vec<Vec<Sums>> = places.par_chunks(CHUNK).map(of_chunk).collect();
-            for chunk in &chunks {
-                sums.iter_mut().zip(chunk).for_each(|(sums, more)| sums.add(more));
-            }
+            add_chunks(&mut sums, &places, CHUNK, of_chunk);
         }
         Ok(sums)
     }

@@ -1,7 +1,7 @@
 //! What every kind asks of the rows of a table.
 
 use crate::error::ReportError;
-use crate::page::{Block, Table, in_percent};
+use crate::page::{Block, Table, Text, count_of, in_percent};
 use evaluation::{Role, RunDirectory, TimedSample, ViewRecord};
 use serde::de::DeserializeOwned;
 
@@ -39,6 +39,12 @@ pub(crate) fn timed<'a, T: Role>(
     stage: &'a str,
 ) -> impl Iterator<Item = &'a T> {
     techniques.iter().filter(move |technique| least_time(samples, technique.name(), stage).is_some())
+}
+
+/// How many linear programs were solved, and how many without proof.
+pub(crate) fn programs_solved(programs: u64, uncertified: u64) -> Text {
+    let programs = count_of(programs);
+    format!("{programs} linear programs were solved, {uncertified} remained without a certificate.").into()
 }
 
 /// The tables of a run, each a file of the field's name, beside the experiment where rows are read with it; `some_runs` names

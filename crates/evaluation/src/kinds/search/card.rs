@@ -1,9 +1,9 @@
 //! Candidates of four functions on a graphics processor: many at a time, on all programs of the one block of a search without
 //! race.
 
+use super::block::Block;
 use super::judge::{Finding, Key, Verdict};
 use super::sweep::{Control, Sweep};
-use super::workload::Block;
 use crate::error::EvaluationError;
 use crate::run::Backend;
 use crate::statistics::{Running, stratified};
@@ -75,7 +75,7 @@ impl<'a> CardSweep<'a> {
         else {
             return Ok(None);
         };
-        let weight = |(entry, &control): (&super::workload::Entry, &f64)| Weighting {
+        let weight = |(entry, &control): (&super::block::Entry, &f64)| Weighting {
             reference: entry.reference,
             control,
             count: f64::from(entry.count),

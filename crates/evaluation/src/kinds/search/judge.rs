@@ -1,6 +1,7 @@
 //! One candidate on one block.
 
-use super::workload::{Block, Workload};
+use super::block::Block;
+use super::workload::Workload;
 use crate::statistics::{Mean, Running, stratified};
 use moment_problem::fast_simplex::FastSolution;
 use moment_problem::lane_simplex::BatchSolution;

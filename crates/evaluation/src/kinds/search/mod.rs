@@ -7,6 +7,7 @@
 //! can still be among the best go on to later blocks.
 
 mod agreement;
+mod block;
 mod candidates;
 mod card;
 mod judge;

@@ -1,9 +1,10 @@
 //! What shards of a search are given: the programs of a block and the controls on it, which take longer to make than a shard of
 //! the candidates takes.
 
+use super::block::{Block, Entry};
 use super::settings::SearchExperiment;
 use super::sweep::{Control, Sweep};
-use super::workload::{Block, Entry, Workload};
+use super::workload::Workload;
 use crate::error::EvaluationError;
 use crate::experiment::kind::RunContext;
 use crate::fragments::ViewRecord;

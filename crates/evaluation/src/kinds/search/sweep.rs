@@ -1,9 +1,10 @@
 //! All candidates on the first block, the best on the later ones.
 
+use super::block::Block;
 use super::candidates::Subsets;
 use super::judge::{Finding, Key, Solved, Verdict, errors, judge};
 use super::settings::SearchExperiment;
-use super::workload::{Block, Workload};
+use super::workload::Workload;
 use crate::error::EvaluationError;
 use crate::statistics::{Mean, Running, joined, stratified};
 use moment_problem::fast_simplex::{FastSimplex, FastStart, SupportColumns};

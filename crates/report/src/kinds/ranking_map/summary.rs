@@ -1,7 +1,7 @@
 //! What the records of a `ranking-map` experiment say, in numbers.
 
-use crate::kinds::rows::{distinct, tables};
-use crate::page::{Text, count_of, percent};
+use crate::kinds::rows::{distinct, programs_solved, tables};
+use crate::page::{Text, percent};
 use evaluation::{ClassRecord, FollowedRecord, RankingMapExperiment, VariationRecord};
 
 tables! {
@@ -82,13 +82,7 @@ impl RankingTables<'_> {
         }
         let programs: u64 = self.records.iter().map(|record| record.programs).sum();
         let uncertified: u64 = self.records.iter().map(|record| record.uncertified).sum();
-        sentences.push(
-            format!(
-                "{} linear programs were solved, {uncertified} remained without a certificate.",
-                count_of(programs)
-            )
-            .into(),
-        );
+        sentences.push(programs_solved(programs, uncertified));
         sentences
     }
 }

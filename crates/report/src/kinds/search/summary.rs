@@ -1,8 +1,8 @@
 //! What the records of a candidate search say, in numbers.
 
 use crate::kinds::reference::ReferenceLevel;
-use crate::kinds::rows::{distinct, tables};
-use crate::page::{Text, count_of, in_percent, percent};
+use crate::kinds::rows::{distinct, programs_solved, tables};
+use crate::page::{Text, in_percent, percent};
 use evaluation::{
     MarkRecord, ReferenceRecord, SearchAgreementRecord, SearchExperiment, SearchRecord, SearchReference,
     SearchSample, StageRecord, ViewRecord, with_role,
@@ -177,13 +177,7 @@ impl<'a> SearchTables<'a> {
         }
         let programs: u64 = self.stages.iter().map(|stage| stage.programs).sum();
         let uncertified: u64 = self.stages.iter().map(|stage| stage.uncertified).sum();
-        sentences.push(
-            format!(
-                "{} linear programs were solved, {uncertified} remained without a certificate.",
-                count_of(programs)
-            )
-            .into(),
-        );
+        sentences.push(programs_solved(programs, uncertified));
         sentences
     }
 }
