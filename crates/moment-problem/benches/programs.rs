@@ -2,7 +2,7 @@
 //!
 //! Programs come from the file that `MSM_PROGRAMS` names, or are made up. `MSM_CANDIDATES`, `MSM_REPETITIONS`: how many;
 //! `MSM_NUMBER`: this candidate only;
-//! `MSM_GOOD_LP`: programs a candidate for the solvers behind good_lp. Times are those of the one thread that works, where
+//! `MSM_GOOD_LP`: programs a candidate for the solvers behind good_lp, with `--features highs` for HiGHS, too. Times are those of the one thread that works, where
 //! the system tells them.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
@@ -136,9 +136,12 @@ fn through_good_lp(
     let kernel = |fragment: &FastFragment| &kernels[fragment.kernel as usize];
     let exact: Vec<f64> =
         chosen.iter().map(|f| reference_bound(columns, kernel(f), f.step).unwrap_or(f64::NAN)).collect();
-    for (name, solver) in
-        [("good_lp with microlp", LpSolver::Microlp), ("good_lp with clarabel", LpSolver::Clarabel)]
-    {
+    for (name, solver) in [
+        ("good_lp with microlp", LpSolver::Microlp),
+        ("good_lp with clarabel", LpSolver::Clarabel),
+        #[cfg(feature = "highs")]
+        ("good_lp with HiGHS", LpSolver::Highs),
+    ] {
         let before = seconds(clock);
         let found: Vec<f64> = chosen
             .iter()

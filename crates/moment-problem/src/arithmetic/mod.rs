@@ -9,6 +9,7 @@ mod double_double;
 mod double_word;
 mod dyadic;
 mod float_float;
+mod half;
 mod jet;
 
 pub use ball::Ball;
@@ -16,6 +17,7 @@ pub use double_double::DoubleDouble;
 pub use double_word::DoubleWord;
 pub(crate) use dyadic::{Dyadic, minors};
 pub use float_float::FloatFloat;
+pub use half::Half;
 pub use jet::Jet;
 
 use std::fmt::Debug;
@@ -71,7 +73,7 @@ pub trait Field:
     }
 }
 
-/// An ordered [`Field`]: `f32`, `f64`, [`FloatFloat`] or [`DoubleDouble`].
+/// An ordered [`Field`]: [`Half`], `f32`, `f64`, [`FloatFloat`] or [`DoubleDouble`].
 pub trait Real: Field + PartialOrd {
     /// Distance from 1 to the next larger number.
     const EPSILON: f64;

@@ -18,17 +18,20 @@ const OBJECTIVE_TOLERANCE: f64 = 1e-6;
 /// A solver's weights may miss an equation (orthonormal rows) or be negative by this much.
 const RESIDUAL_TOLERANCE: f64 = 1e-6;
 
-/// The linear programming solvers behind good_lp that need no system library.
+/// The linear programming solvers behind good_lp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LpSolver {
     /// An interior-point method.
     Clarabel,
     /// A simplex method.
     Microlp,
+    /// HiGHS, for comparison: simplex and interior-point methods in C++, which need cmake and libclang to be built.
+    #[cfg(feature = "highs")]
+    Highs,
 }
 
 impl LpSolver {
-    /// Both, in the order in which they are asked.
+    /// Those that need no system library, in the order in which they are asked.
     pub const ALL: [Self; 2] = [Self::Clarabel, Self::Microlp];
 
     /// The solver's name.
@@ -36,6 +39,8 @@ impl LpSolver {
         match self {
             Self::Clarabel => "clarabel",
             Self::Microlp => "microlp",
+            #[cfg(feature = "highs")]
+            Self::Highs => "HiGHS",
         }
     }
 }
@@ -164,6 +169,11 @@ pub(crate) fn ask(
             let solution = problem.using(good_lp::microlp).with_all(constraints).solve().map_err(fail)?;
             weights.iter().map(|&w| solution.value(w)).collect()
         }
+        #[cfg(feature = "highs")]
+        LpSolver::Highs => {
+            let solution = problem.using(good_lp::highs).with_all(constraints).solve().map_err(fail)?;
+            weights.iter().map(|&w| solution.value(w)).collect()
+        }
     };
     let mut claim = Claim { objective: 0.0, residual: 0.0, negative: 0.0 };
     let mut sums: Vec<f64> = right_hand_side.iter().map(|b| -b).collect();
@@ -184,6 +194,8 @@ impl LowerBound for LinearProgram {
         match self.solvers[..] {
             [LpSolver::Clarabel] => "linear program (clarabel)",
             [LpSolver::Microlp] => "linear program (microlp)",
+            #[cfg(feature = "highs")]
+            [LpSolver::Highs] => "linear program (HiGHS)",
             [] | [_, _, ..] => "linear program",
         }
     }

@@ -1,6 +1,7 @@
 //! Number formats of textures and what they do to a value.
 
 use crate::error::QuantizationError;
+use moment_problem::arithmetic::Half;
 use std::fmt;
 use std::str::FromStr;
 
@@ -134,7 +135,7 @@ impl NumberFormat {
             Self::Unorm8 => (clamped(0.0, 1.0) * 255.0 + 0.5).floor() / 255.0,
             Self::Unorm10 => (clamped(0.0, 1.0) * 1023.0 + 0.5).floor() / 1023.0,
             Self::Unorm16 => (clamped(0.0, 1.0) * 65535.0 + 0.5).floor() / 65535.0,
-            Self::F16 => round_half(clamped(-LARGEST_F16 as f32, LARGEST_F16 as f32)),
+            Self::F16 => Half::nearest(clamped(-LARGEST_F16 as f32, LARGEST_F16 as f32)).to_f32(),
             Self::F32 => clamped(f32::MIN, f32::MAX),
             Self::U32Fixed { .. } => self.round(f64::from(value)) as f32,
         }
@@ -161,22 +162,6 @@ fn half_bits(value: f64) -> u32 {
     let biased = if normal { exponent(rounded) + 15 } else { 0 } as u32;
     let fraction = (rounded / quantum(rounded)) as u32 & 0x3ff;
     sign | biased << F16_FRACTION_BITS | fraction
-}
-
-/// The nearest half float, ties to even, of a number within their range.
-fn round_half(value: f32) -> f32 {
-    /// 2^-14, the least normal half float.
-    const LEAST_NORMAL: f32 = 6.103_515_6e-5;
-    /// Multiples of 2^-24 are the whole numbers that are left after adding this.
-    const SHIFT: f32 = 0.75;
-    if value.abs() < LEAST_NORMAL {
-        // Half an ulp of 0.75 is 2^-25: the sum is rounded to a multiple of 2^-24.
-        return (value.abs() + SHIFT - SHIFT).copysign(value);
-    }
-    let bits = value.to_bits();
-    // 13 bits of the fraction go.
-    let rounded = bits + 0x0fff + (bits >> 13 & 1);
-    f32::from_bits(rounded & !0x1fff)
 }
 
 fn half_value(code: u32) -> f64 {

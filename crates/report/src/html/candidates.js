@@ -21,6 +21,9 @@ const candidates = (holder, { functions, marks, sizes }) => {
     const [above, below] = [levels(of.above), levels(of.below)];
     return [of.m, {
       count: of.count,
+      // Of many only the best are here.
+      total: of.count < of.all ? `the best ${of.count} of ${of.all}` : of.count,
+      all: of.all,
       members: (i) => Array.from({ length: of.m }, (_, k) => place(i * of.m + k)),
       error: (i) => errors[i],
       ranks: (i) => above[i] + below[i] ? ` (${i + 1 - above[i]} to ${i + 1 + below[i]})` : "",
@@ -118,9 +121,9 @@ const candidates = (holder, { functions, marks, sizes }) => {
       return item;
     }));
     output.textContent = unknown.length ? `not in the family: ${unknown.join(", ")}`
-      : exact >= 0 ? `rank ${exact + 1} of ${all.count}: ${percent(all.error(exact))}${all.ranks(exact).replace(" (", ", ranks ").replace(")", " cannot be told apart")}`
-      : words.length ? `${found.length} of ${all.count} candidates have these functions${found.length ? `, the best with rank ${found[0] + 1}` : ""}`
-      : `${all.count} candidates; the best ones below, numbered by rank`;
+      : exact >= 0 ? `rank ${exact + 1} of ${all.all}: ${percent(all.error(exact))}${all.ranks(exact).replace(" (", ", ranks ").replace(")", " cannot be told apart")}`
+      : words.length ? `${found.length} of ${all.total} candidates have these functions${found.length ? `, the best with rank ${found[0] + 1}` : ""}`
+      : `${all.total} candidates; the best ones below, numbered by rank`;
     redraw?.();
   }
   size.addEventListener("input", draw);

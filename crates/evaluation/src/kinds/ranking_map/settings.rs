@@ -159,6 +159,7 @@ impl RankingMapExperiment {
             orders: vec![self.order],
             blocks: 1,
             best: self.best,
+            recorded: None,
             cells: variation.cells.unwrap_or(self.cells),
             tolerance: self.tolerance,
             mark: Vec::new(),

@@ -12,6 +12,7 @@ mod candidates;
 mod card;
 mod judge;
 mod pieces;
+mod ranking;
 mod records;
 mod run;
 mod settings;
@@ -26,8 +27,8 @@ pub(crate) use judge::Finding;
 pub(crate) use judge::Verdict;
 #[cfg(test)]
 pub(crate) use pieces::SearchPieces;
+pub(crate) use ranking::STEPS;
 pub use records::{MarkRecord, SearchAgreementRecord, SearchRecord, SearchSample, StageRecord};
-pub(crate) use run::STEPS;
 pub use settings::{SearchAgreement, SearchExperiment, SearchReference, SearchTiming};
 pub(crate) use sweep::Sweep;
 pub(crate) use workload::Workload;

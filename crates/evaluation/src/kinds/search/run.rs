@@ -1,10 +1,11 @@
 //! From a search to its tables.
 
 use super::agreement::compare;
-use super::candidates::class;
+use super::candidates::Subsets;
 use super::card::{self, CardSweep};
 use super::judge::{Finding, Key};
 use super::pieces::SearchPieces;
+use super::ranking::{STEPS, control_error, ranked};
 use super::records::{MarkRecord, SearchRecord, StageRecord};
 use super::settings::SearchExperiment;
 use super::supplies::Given;
@@ -17,20 +18,14 @@ use crate::experiment::{CardPrediction, Prediction};
 use crate::run::{Backend, Recorded};
 use crate::run_directory::RecordedFile;
 use crate::shards::{self, Gathered, Task};
-use crate::statistics::{Mean, joined, rounded_to, stratified};
+use crate::statistics::{Mean, rounded_to, stratified};
 use moment_problem::BasisFunction;
 use moment_problem_gpu::Card;
 use std::collections::HashMap;
 use std::time::Instant;
 
-/// Steps in 1 of the tables: far below the intervals of errors.
-pub(crate) const STEPS: f64 = 1e7;
-
 /// Fragments of a view that predictions are measured on at most.
 const MEASURED_FRAGMENTS: usize = 32_000;
-
-/// Normal quantile of the intervals: 99 % lie within.
-const INTERVAL_DEVIATIONS: f64 = 2.576;
 
 impl SearchExperiment {
     fn prepare(&self) -> Result<(Workload, Vec<BasisFunction>), EvaluationError> {
@@ -66,10 +61,8 @@ impl SearchExperiment {
         functions: &[BasisFunction],
         known: &HashMap<Key, Finding>,
     ) -> Result<Recorded, EvaluationError> {
-        let mut records = Vec::new();
-        for order in 0..sweep.subsets.len() {
-            records.extend(ranked(sweep, functions, known, order));
-        }
+        let of_order = |order: usize| ranked(sweep, functions, known, order);
+        let records: Vec<SearchRecord> = (0..sweep.subsets.len()).flat_map(of_order).collect();
         let agreement = compare(sweep, functions);
         let samples = time(sweep, functions);
         let failed = records.iter().filter(|record| !record.error.is_empty()).count();
@@ -82,7 +75,8 @@ impl SearchExperiment {
             RecordedFile::csv("agreement.csv", &agreement)?,
             RecordedFile::csv("samples.csv", &samples)?,
         ];
-        Ok(Recorded { files, trials: records.len(), failed, complete: true })
+        let trials = sweep.subsets.iter().map(Subsets::len).sum();
+        Ok(Recorded { files, trials, failed, complete: true })
     }
 
     /// Measures some candidates and says what all will cost.
@@ -167,94 +161,6 @@ impl SearchExperiment {
             hours: programs / programs_per_second.max(1.0) / 3600.0,
         }))
     }
-}
-
-/// A record before it is ranked: difference to the control, half its interval, number of the subset.
-struct Row {
-    value: f64,
-    deviation: f64,
-    number: u32,
-    record: SearchRecord,
-}
-
-/// Rows of one order, the least error first.
-fn ranked(
-    sweep: &Sweep<'_>,
-    functions: &[BasisFunction],
-    known: &HashMap<Key, Finding>,
-    order: usize,
-) -> Vec<SearchRecord> {
-    let subsets = &sweep.subsets[order];
-    let blocks = sweep.workload.blocks.len();
-    let control = control_error(sweep, order).value;
-    let mut rows: Vec<Row> = Vec::new();
-    for number in 0..subsets.len() as u32 {
-        let members = sweep.members(order, number);
-        let basis: Vec<&BasisFunction> = members.iter().map(|&member| &functions[member]).collect();
-        let names = |keep: &dyn Fn(usize) -> bool| {
-            let kept = basis.iter().enumerate().filter(|(i, _)| keep(*i)).map(|(_, f)| f.name());
-            kept.collect::<Vec<_>>().join(", ")
-        };
-        let dropped = known.get(&(0, order as u16, number)).map_or(0, |finding| finding.dropped);
-        let uncertified: u32 = (0..blocks)
-            .filter_map(|block| known.get(&(block as u16, order as u16, number)))
-            .map(|finding| finding.verdict.uncertified)
-            .sum();
-        let mut record = SearchRecord {
-            m: subsets.order(),
-            rank: 0,
-            rank_low: 0,
-            rank_high: 0,
-            basis: names(&|_| true),
-            class: class(&basis).to_owned(),
-            l1_error: 0.0,
-            interval: 0.0,
-            fragments: 0,
-            reduced: names(&|i| dropped & (1 << i) != 0),
-            error: String::new(),
-        };
-        let (value, deviation) = match sweep.estimate(known, blocks, order, number) {
-            Some((mean, judged)) => {
-                let drawn = |block: usize| sweep.workload.blocks[block].fragments_drawn();
-                record.fragments = (0..judged).map(drawn).sum();
-                let interval = INTERVAL_DEVIATIONS * mean.variance.sqrt();
-                record.l1_error = rounded_to((control + mean.value).max(0.0), STEPS);
-                record.interval = rounded_to(interval, STEPS);
-                (mean.value, interval)
-            }
-            None => {
-                record.error = "all functions are constant on the support".to_owned();
-                (f64::INFINITY, 0.0)
-            }
-        };
-        if uncertified > 0 {
-            record.error = format!("{uncertified} programs without a certificate");
-        }
-        rows.push(Row { value, deviation, number, record });
-    }
-    rows.sort_by(|a, b| a.value.total_cmp(&b.value).then(a.number.cmp(&b.number)));
-    let sorted = |of: &dyn Fn(&Row) -> f64| {
-        let mut values: Vec<f64> = rows.iter().map(of).collect();
-        values.sort_by(f64::total_cmp);
-        values
-    };
-    let (lows, highs) = (sorted(&|row| row.value - row.deviation), sorted(&|row| row.value + row.deviation));
-    let mut records = Vec::with_capacity(rows.len());
-    for (place, Row { value, deviation, mut record, .. }) in rows.into_iter().enumerate() {
-        record.rank = place + 1;
-        record.rank_low = highs.partition_point(|&high| high < value - deviation) + 1;
-        record.rank_high = lows.partition_point(|&low| low <= value + deviation);
-        records.push(record);
-    }
-    records
-}
-
-/// Error of the control over all blocks.
-fn control_error(sweep: &Sweep<'_>, order: usize) -> Mean {
-    let blocks = &sweep.workload.blocks;
-    joined(sweep.controls[order].iter().zip(blocks).map(|(control, block)| {
-        (Mean { value: control.verdict.error, variance: 0.0 }, block.fragments_drawn())
-    }))
 }
 
 fn stages(sweep: &Sweep<'_>, known: &HashMap<Key, Finding>) -> Vec<StageRecord> {

@@ -42,6 +42,10 @@ pub struct SearchExperiment {
     pub blocks: usize,
     /// How many of the best candidates the later blocks are for.
     pub best: usize,
+    /// Rows of records.csv for each size: the best so many, and as many spread evenly over the ranks of the others; all
+    /// candidates where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<usize>,
     /// Cells of the uniform support to whose ends depths are moved.
     pub cells: usize,
     /// Largest distance between a bound and what is proved, as intensity.
@@ -107,6 +111,9 @@ impl Settings for SearchExperiment {
         within("fragments", self.scenery.fragments, 1..=1 << 24)?;
         within("blocks", self.blocks, 1..=MAX_BLOCKS)?;
         within("best", self.best, 1..=10_000)?;
+        if let Some(recorded) = self.recorded {
+            within("recorded", recorded, self.best..=MAX_CANDIDATES)?;
+        }
         within("timing.repetitions", self.timing.repetitions, 1..=1000)?;
         if !(1e-9..=1e-2).contains(&self.tolerance) {
             let reason = format!("tolerance = {} is not between 1e-9 and 1e-2", self.tolerance);

@@ -241,13 +241,14 @@ impl<'a> Sweep<'a> {
         estimates.iter().filter(stays).map(|(number, _)| *number).collect()
     }
 
-    /// Numbers of the power moments and, for four functions, of the trigonometric ones: charts mark them.
+    /// Numbers of the power moments and, from four functions, of the trigonometric ones: charts mark them.
     pub(crate) fn always(&self, order: usize) -> Vec<u32> {
         let subsets = &self.subsets[order];
         let members = self.workload.members;
-        let mut wanted = vec![self.workload.powers[..subsets.order()].to_vec()];
-        if subsets.order() == 4 {
-            wanted.extend(self.workload.trigonometric.clone());
+        let size = subsets.order();
+        let mut wanted = vec![self.workload.powers[..size].to_vec()];
+        if size >= 4 && size.is_multiple_of(2) {
+            wanted.push(self.workload.waves[..size].to_vec());
         }
         let number = |mut places: Vec<usize>| {
             places.sort_unstable();

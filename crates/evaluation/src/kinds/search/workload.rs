@@ -29,8 +29,6 @@ pub(crate) struct Workload {
     pub(crate) powers: Vec<usize>,
     /// Indices into the table of sines and cosines of 2 pi z, 4 pi z, ..., as many as the largest candidates need.
     pub(crate) waves: Vec<usize>,
-    /// Indices of the trigonometric moments, if the family has them.
-    pub(crate) trigonometric: Option<Vec<usize>>,
     pub(crate) blocks: Vec<Block>,
     pub(crate) views: Vec<ViewRecord>,
     pub(crate) marks: Vec<MarkErrors>,
@@ -104,8 +102,6 @@ impl Workload {
     ) -> Result<Self, EvaluationError> {
         let mut functions = experiment.functions()?;
         let members = functions.len();
-        let place = |function: &BasisFunction| functions.iter().position(|other| other == function);
-        let trigonometric = Basis::trigonometric(2).functions().iter().map(place).collect();
         let largest = experiment.orders.iter().copied().max().unwrap_or(1);
         let mut places = |basis: Basis| -> Vec<usize> {
             let mut places = Vec::new();
@@ -136,7 +132,6 @@ impl Workload {
             members,
             powers,
             waves,
-            trigonometric,
             blocks,
             views,
             marks: Vec::new(),

@@ -5,7 +5,7 @@ use super::settings::{Arithmetic, Route, StabilityMethod};
 use crate::error::EvaluationError;
 use crate::experiment::keys::in_key;
 use moment_problem::MomentBound;
-use moment_problem::arithmetic::{DoubleDouble, FloatFloat, Real};
+use moment_problem::arithmetic::{DoubleDouble, FloatFloat, Half, Real};
 use moment_problem::hamburger::Pair;
 use quantization::{Encoding, NumberFormat};
 use shadow_filtering::Range;
@@ -113,6 +113,7 @@ impl Prepared {
     /// Decodes, biases and bounds in the method's arithmetic.
     pub(crate) fn answer(&self, start: Start<'_>, z_f: f64, alpha: f64) -> Answer {
         match self.arithmetic {
+            Arithmetic::F16 => self.compute::<Half>(start, z_f, alpha),
             Arithmetic::F32 => self.compute::<f32>(start, z_f, alpha),
             Arithmetic::F64 => self.compute::<f64>(start, z_f, alpha),
             Arithmetic::Pairs => self.compute::<FloatFloat>(start, z_f, alpha),
@@ -168,6 +169,10 @@ impl Prepared {
 
     /// Whether inputs without an exact bound are given to it: single or double precision, our forms, no storage.
     pub(crate) fn is_checked(&self) -> bool {
-        self.route == Route::Ours && self.arithmetic != Arithmetic::Pairs && self.encoding.is_none()
+        let is_checked = match self.arithmetic {
+            Arithmetic::F32 | Arithmetic::F64 => true,
+            Arithmetic::F16 | Arithmetic::Pairs => false,
+        };
+        is_checked && self.route == Route::Ours && self.encoding.is_none()
     }
 }

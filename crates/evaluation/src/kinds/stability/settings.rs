@@ -103,6 +103,8 @@ pub enum Route {
 #[derive(Clone, Copy, Debug, Deserialize, Eq, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Arithmetic {
+    /// Half precision.
+    F16,
     /// Single precision.
     F32,
     /// Double precision.

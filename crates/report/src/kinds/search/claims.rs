@@ -33,7 +33,7 @@ pub(crate) fn claims(tables: &SearchTables<'_>, provenance: &Provenance) -> Vec<
 }
 
 fn extent(tables: &SearchTables<'_>, provenance: &Provenance) -> Option<String> {
-    let all = tables.of(4).len();
+    let all = tables.of(4).count();
     let programs: u64 = tables.stages.iter().map(|stage| stage.programs).sum();
     (all > 0).then(|| {
         format!(
@@ -73,6 +73,6 @@ fn ratio(tables: &SearchTables<'_>) -> Measured<String> {
 fn near(tables: &SearchTables<'_>) -> Option<String> {
     let all = tables.of(4);
     let best = all.first()?;
-    let near = all.iter().filter(|r| r.l1_error <= 1.1 * best.l1_error).count();
+    let near = all.count_if(|r| r.l1_error <= 1.1 * best.l1_error);
     Some(format!("{near} are within a tenth of the best one's error"))
 }

@@ -27,6 +27,8 @@ struct Candidates {
 struct CandidatesOfSize {
     m: usize,
     count: usize,
+    /// With those that are not recorded one by one.
+    all: usize,
     members: String,
     errors: String,
     above: String,
@@ -37,6 +39,7 @@ struct CandidatesOfSize {
 #[derive(Default)]
 struct Ranked {
     m: usize,
+    all: usize,
     places: Vec<usize>,
     errors: Vec<u64>,
     above: Vec<u64>,
@@ -110,6 +113,11 @@ pub(super) fn candidates(tables: &SearchTables<'_>) -> Result<Option<Explorer>, 
             sizes.push(Ranked { m: record.m, ..Ranked::default() });
             sizes.len() - 1
         });
+        // The page counts ranks by rows.
+        sizes[size].all = record.rank;
+        if record.rank != sizes[size].errors.len() + 1 {
+            continue;
+        }
         for function in record.basis.split(", ") {
             let place = functions.iter().position(|known| known == function).unwrap_or_else(|| {
                 functions.push(function.to_owned());
@@ -129,6 +137,7 @@ pub(super) fn candidates(tables: &SearchTables<'_>) -> Result<Option<Explorer>, 
     let encode = |of: Ranked| CandidatesOfSize {
         m: of.m,
         count: of.errors.len(),
+        all: of.all,
         members: STANDARD.encode(packed(&of.places, bits)),
         errors: STANDARD.encode(numbers(differences(&of.errors))),
         above: STANDARD.encode(numbers(changes(&of.above))),

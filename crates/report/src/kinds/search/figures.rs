@@ -38,17 +38,17 @@ pub(crate) fn draw(tables: &SearchTables<'_>) -> Result<Vec<Drawing>, ReportErro
 /// Error that a share of the candidates of one size does not exceed.
 fn share(tables: &SearchTables<'_>, m: usize, share: f64) -> f64 {
     let all = tables.of(m);
-    let place = (share * all.len() as f64) as usize;
-    all.get(place.min(all.len().saturating_sub(1))).map_or(0.0, |record| record.l1_error)
+    let place = (share * all.count() as f64) as usize;
+    all.at(place).map_or(0.0, |record| record.l1_error)
 }
 
 fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, references: &[Landmark]) -> Drawn {
-    let errors: Vec<f64> = tables.of(m).iter().map(|record| record.l1_error).collect();
+    let all = tables.of(m);
     let mut counts = vec![0usize; BINS];
-    for error in errors.iter().filter(|error| **error < end) {
-        counts[((error / end * BINS as f64) as usize).min(BINS - 1)] += 1;
+    for (record, weight) in all.weighted().filter(|(record, _)| record.l1_error < end) {
+        counts[((record.l1_error / end * BINS as f64) as usize).min(BINS - 1)] += weight;
     }
-    let beyond = errors.len() - counts.iter().sum::<usize>();
+    let beyond = all.count() - counts.iter().sum::<usize>();
     let most = counts.iter().max().copied().unwrap_or_default().max(1) as f64;
     let names = if references.is_empty() { 0 } else { NAMES };
     let mut builder = ChartBuilder::on(area);
@@ -61,7 +61,7 @@ fn panel(area: &Area<'_>, tables: &SearchTables<'_>, m: usize, end: f64, referen
     mesh.x_label_formatter(&|error| percent_tick(*error)).y_label_formatter(&count);
     let label = format!(
         "mean |G - F| (share of the kernel's weight); m = {m}, {} candidates, {beyond} beyond the axis",
-        errors.len()
+        all.count()
     );
     mesh.x_desc(label).y_desc("candidates");
     mesh.draw()?;

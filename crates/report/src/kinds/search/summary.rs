@@ -8,9 +8,21 @@ use evaluation::{
     SearchSample, StageRecord, ViewRecord, with_role,
 };
 
-/// Names of the marked candidates in the family's order.
+/// Names of the marked candidates of MSM15 in the family's order.
 pub(super) const POWER_4: &str = "z, z^2, z^3, z^4";
 pub(super) const TRIGONOMETRIC_4: &str = "sin(2pi z), cos(2pi z), sin(4pi z), cos(4pi z)";
+
+/// Power moments in the family's order.
+fn power_basis(m: usize) -> String {
+    let powers = (1..=m).map(|k| if k == 1 { "z".to_owned() } else { format!("z^{k}") });
+    powers.collect::<Vec<_>>().join(", ")
+}
+
+/// Trigonometric moments in the family's order; as many functions where m is odd as there are below it.
+fn trigonometric_basis(m: usize) -> String {
+    let waves = (1..=m / 2).map(|k| format!("sin({0}pi z), cos({0}pi z)", 2 * k));
+    waves.collect::<Vec<_>>().join(", ")
+}
 
 tables! {
     /// The recorded tables of a run, with its experiment.
@@ -47,6 +59,49 @@ pub(crate) struct Speed {
     pub(crate) microlp_programs: usize,
 }
 
+/// Candidates of one size by rank. Of some runs only the best rows are recorded and a share of the others, each of which
+/// then stands for all from the row before it on.
+pub(crate) struct Ranking<'a> {
+    rows: Vec<&'a SearchRecord>,
+}
+
+impl<'a> Ranking<'a> {
+    /// Candidates, whether they are recorded or not.
+    pub(crate) fn count(&self) -> usize {
+        self.rows.last().map_or(0, |record| record.rank)
+    }
+
+    pub(crate) fn first(&self) -> Option<&'a SearchRecord> {
+        self.rows.first().copied()
+    }
+
+    /// What is recorded, by rank.
+    pub(crate) fn rows(&self) -> &[&'a SearchRecord] {
+        &self.rows
+    }
+
+    /// The recorded row of a place from 0, or the next one, or the last.
+    pub(crate) fn at(&self, place: usize) -> Option<&'a SearchRecord> {
+        let row = self.rows.partition_point(|record| record.rank <= place);
+        self.rows.get(row).or(self.rows.last()).copied()
+    }
+
+    /// Recorded rows with the number of candidates that each stands for.
+    pub(crate) fn weighted(&self) -> impl Iterator<Item = (&'a SearchRecord, usize)> {
+        let mut before = 0;
+        self.rows.iter().map(move |record| {
+            let weight = record.rank - before;
+            before = record.rank;
+            (*record, weight)
+        })
+    }
+
+    /// Candidates for which something holds.
+    pub(crate) fn count_if(&self, holds: impl Fn(&SearchRecord) -> bool) -> usize {
+        self.weighted().filter(|(record, _)| holds(record)).map(|(_, weight)| weight).sum()
+    }
+}
+
 impl<'a> SearchTables<'a> {
     /// The reference that errors are against.
     pub(crate) fn level(&self) -> ReferenceLevel<'_> {
@@ -65,8 +120,9 @@ impl<'a> SearchTables<'a> {
     }
 
     /// Candidates of one size with an error, the best first.
-    pub(crate) fn of(&self, m: usize) -> Vec<&SearchRecord> {
-        self.records.iter().filter(|record| record.m == m && record.fragments > 0).collect()
+    pub(crate) fn of(&self, m: usize) -> Ranking<'_> {
+        let rows = self.records.iter().filter(|record| record.m == m && record.fragments > 0);
+        Ranking { rows: rows.collect() }
     }
 
     /// The size whose search is the headline: four functions where they are among the candidates.
@@ -86,23 +142,27 @@ impl<'a> SearchTables<'a> {
         self.marks.iter().find(|mark| mark.technique == player.name)
     }
 
+    /// Power moments of the main size.
     pub(crate) fn power(&self) -> Option<&SearchRecord> {
-        self.find(POWER_4)
+        self.find(&power_basis(self.main_order()))
     }
 
+    /// Trigonometric moments of the main size.
     pub(crate) fn trigonometric(&self) -> Option<&SearchRecord> {
-        self.find(TRIGONOMETRIC_4)
+        let m = self.main_order();
+        self.find(&trigonometric_basis(m)).filter(|record| record.m == m)
     }
 
-    /// What the histogram annotates (MSM15 Figure 4): PCF, closed forms on the moved depths, and both four-moment
-    /// candidates.
+    /// What the histogram annotates (MSM15 Figure 4): PCF, closed forms on the moved depths, power and trigonometric
+    /// moments.
     pub(crate) fn landmarks(&self) -> Vec<Landmark> {
         let mut references = vec![Landmark { name: "PCF".to_owned(), error: 0.0 }];
         for mark in ["VSM", "ESM"].iter().filter_map(|role| self.mark(role)) {
             references.push(Landmark { name: mark.technique.clone(), error: mark.moved_l1_error });
         }
-        for (name, record) in [("power 4", self.power()), ("trigonometric 4", self.trigonometric())] {
-            references.extend(record.map(|r| Landmark { name: name.to_owned(), error: r.l1_error }));
+        for (name, record) in [("power", self.power()), ("trigonometric", self.trigonometric())] {
+            references
+                .extend(record.map(|r| Landmark { name: format!("{name} {}", r.m), error: r.l1_error }));
         }
         references
     }
@@ -129,7 +189,7 @@ impl<'a> SearchTables<'a> {
         let all = self.of(m);
         let mut sentences: Vec<Text> = Vec::new();
         if let Some(best) = all.first() {
-            let (count, high) = (all.len(), best.rank_high);
+            let (count, high) = (all.count(), best.rank_high);
             // Who shares the first place is no winner.
             let found = match high {
                 1 => format!("of {count} candidates of {m} functions the best is "),
@@ -144,7 +204,8 @@ impl<'a> SearchTables<'a> {
             if let Some(record) = record {
                 sentences.push(
                     format!(
-                        "Four {name} moments are at rank {} ({} to {}) with {}.",
+                        "{} {name} moments are at rank {} ({} to {}) with {}.",
+                        in_words(m),
                         record.rank,
                         record.rank_low,
                         record.rank_high,
@@ -155,16 +216,16 @@ impl<'a> SearchTables<'a> {
             }
         }
         if let (Some(best), Some(power)) = (all.first(), self.power()) {
-            let near = all.iter().filter(|r| r.l1_error <= 1.1 * best.l1_error).count();
-            let better = all.iter().filter(|r| r.l1_error + r.interval < power.l1_error).count();
+            let near = all.count_if(|r| r.l1_error <= 1.1 * best.l1_error);
+            let better = all.count_if(|r| r.l1_error + r.interval < power.l1_error);
             sentences.push(format!(
                 "{near} candidates are within a tenth of the best one's error, {better} are certainly better than \
                  power moments."
             ).into());
         }
         if let Some(vsm) = self.mark("VSM") {
-            let beaten = all.iter().filter(|r| r.l1_error < vsm.moved_l1_error).count();
-            let share = beaten as f64 / all.len().max(1) as f64;
+            let beaten = all.count_if(|r| r.l1_error < vsm.moved_l1_error);
+            let share = beaten as f64 / all.count().max(1) as f64;
             sentences.push(format!("{} of all candidates beat VSM.", percent(share, 1)).into());
         }
         let best_of: Vec<String> = self
@@ -204,8 +265,13 @@ impl SearchTables<'_> {
 
 /// Whether these are the power moments, whose difference to themselves is certain.
 fn is_power(record: &SearchRecord) -> bool {
-    let powers = (1..=record.m).map(|k| if k == 1 { "z".to_owned() } else { format!("z^{k}") });
-    record.basis == powers.collect::<Vec<_>>().join(", ")
+    record.basis == power_basis(record.m)
+}
+
+/// A number of functions at the beginning of a sentence.
+fn in_words(m: usize) -> String {
+    const WORDS: [&str; 8] = ["One", "Two", "Three", "Four", "Five", "Six", "Seven", "Eight"];
+    WORDS.get(m.wrapping_sub(1)).map_or_else(|| m.to_string(), |word| (*word).to_owned())
 }
 
 pub(crate) fn within(value: f64, deviation: f64) -> String {

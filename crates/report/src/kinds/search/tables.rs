@@ -36,19 +36,25 @@ fn best(tables: &SearchTables<'_>) -> Vec<Block> {
     let m = tables.main_order();
     let all = tables.of(m);
     let marked = [tables.power(), tables.trigonometric()].into_iter().flatten().filter(|r| r.rank > BEST);
-    let heading = format!("The best {} of {} candidates of {m} functions", BEST.min(all.len()), all.len());
+    let heading =
+        format!("The best {} of {} candidates of {m} functions", BEST.min(all.count()), all.count());
     let note = Text::from(
         "Mean error is |G - F| as a fraction of the kernel's weight, over all fragments of all views, every view \
          weighing the same, with half a 99 % interval of its own, and behind it that of the difference to power moments, \
          which were evaluated on the whole sample. The rank range is what the intervals of the differences allow.",
     );
-    Block::section(2, &heading, candidates(tables, all.iter().take(BEST).copied().chain(marked)), Some(note))
+    Block::section(
+        2,
+        &heading,
+        candidates(tables, all.rows().iter().take(BEST).copied().chain(marked)),
+        Some(note),
+    )
 }
 
 fn classes(tables: &SearchTables<'_>) -> Vec<Block> {
     let all = tables.of(tables.main_order());
-    let classes = distinct(all.iter().map(|record| record.class.as_str()));
-    let first = |class| all.iter().find(|record| record.class == class).copied();
+    let classes = distinct(all.rows().iter().map(|record| record.class.as_str()));
+    let first = |class| all.rows().iter().find(|record| record.class == class).copied();
     let table = candidates(tables, classes.into_iter().filter_map(first));
     let note = Text::from("A class has candidates only if the family has that many functions of one kind.");
     Block::section(2, "The best of each class", table, Some(note))
@@ -58,9 +64,9 @@ fn sizes(tables: &SearchTables<'_>) -> Vec<Block> {
     let rows = tables.orders().into_iter().filter_map(|m| {
         let all = tables.of(m);
         let first = all.first()?;
-        let at = |place: usize| percent(all[place.min(all.len() - 1)].l1_error, 2);
-        let (tenth, median, worst) = (at(9), at(all.len() / 2), at(all.len() - 1));
-        Some(row![m, all.len(), code(&first.basis), tables.error(first), tenth, median, worst])
+        let at = |place: usize| percent(all.at(place).map_or(first.l1_error, |r| r.l1_error), 2);
+        let (tenth, median, worst) = (at(9), at(all.count() / 2), at(all.count() - 1));
+        Some(row![m, all.count(), code(&first.basis), tables.error(first), tenth, median, worst])
     });
     let table = Table::default()
         .right(["m", "candidates"])
