@@ -11,8 +11,8 @@ fn mistakes_in_the_file_are_errors_that_name_key_and_file() {
     let cases = [
         ("seed = 1", "seed = 1\nsede = 2", "sede"),
         ("[scale.paper]\ndepths", "[scale.paper]\ndepth", "unknown field `depth`"),
-        ("[scale.paper]", "[scale.huge]", "huge"),
-        ("kind = \"bounds\"", "kind = \"bonds\"", "bonds"),
+        ("[scale.paper]", "[scale.huge]", ": unknown scale `huge`"),
+        ("kind = \"bounds\"", "kind = \"bonds\"", "line 1: kind = \"bonds\""),
         ("kind = \"bounds\"", "", "kind"),
         (
             "[scale.paper]",
@@ -73,6 +73,16 @@ fn mistakes_in_every_kind_name_line_key_and_value() {
                 ("cells = 256", "cells = 8", "cells = 8 "),
                 ("plane_limit = 0.05", "plane_limit = []", "plane_limit"),
                 ("tolerance = 1e-6", "tolerance = 1.0", "tolerance = 1 "),
+            ],
+        ),
+        (
+            "larger-bases",
+            [
+                ("seed = 1", "sede = 1", "unknown field `sede`"),
+                ("recorded = 5000", "recorded = 49", "recorded = 49 is not between 50 and"),
+                ("recorded = 5000", "recorded = \"all\"", "recorded"),
+                ("orders = [5]", "orders = [9]", "m = 9 is not between"),
+                ("[scale.brief]", "[scale.short]", "unknown scale `short`"),
             ],
         ),
         (

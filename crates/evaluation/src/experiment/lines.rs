@@ -14,8 +14,15 @@ use toml::de::{DeTable, DeValue};
 /// The 1-based line of the mistake that reading the file at a scale reports.
 pub(crate) fn of_mistake(source: &str, scale: Scale) -> Option<usize> {
     let (kind, table) = merged(source, scale)?;
-    let kind = KINDS.iter().find(|known| known.name == kind)?;
-    (kind.line_of_mistake)(source, &table)
+    match KINDS.iter().find(|known| known.name == kind) {
+        Some(kind) => (kind.line_of_mistake)(source, &table),
+        None => of_key(source, "kind"),
+    }
+}
+
+/// The 1-based line on which the value of a key such as `scale.quick` begins.
+pub(crate) fn of_key(source: &str, key: &str) -> Option<usize> {
+    find(&DeTable::parse(source).ok()?.into_inner(), key).map(|span| line(source, &span))
 }
 
 /// The same for one kind of settings, from all keys but `kind`.

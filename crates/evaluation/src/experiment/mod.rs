@@ -129,7 +129,7 @@ impl Experiment {
                 merged.insert("seed".to_owned(), Value::Integer(seed));
             }
             let settings = parse_kind(merged.clone()).map_err(|reason| {
-                fail(format!("{}{reason} (scale {candidate})", line_prefix(&source, candidate)))
+                fail(format!("{}{reason} (scale {candidate})", line_before(lines::of_mistake(&source, candidate))))
             })?;
             if candidate == scale {
                 resolved = Some((merged, settings));
@@ -137,7 +137,8 @@ impl Experiment {
         }
         let known = |name: &String| Scale::ALL.iter().any(|scale| scale.to_string() == *name);
         if let Some(unknown) = overrides.keys().find(|name| !known(name)) {
-            return Err(fail(format!("unknown scale `{unknown}` (known: smoke, brief, quick, paper)")));
+            let line = line_before(lines::of_key(&source, &format!("scale.{unknown}")));
+            return Err(fail(format!("{line}unknown scale `{unknown}` (known: smoke, brief, quick, paper)")));
         }
         let Some((resolved, settings)) = resolved else {
             return Err(fail(format!("scale {scale} is missing")));
@@ -257,9 +258,9 @@ fn located(source: &str, error: &toml::de::Error) -> String {
     }
 }
 
-/// `line 12: ` where the line of the mistake can be found.
-fn line_prefix(source: &str, scale: Scale) -> String {
-    lines::of_mistake(source, scale).map(|line| format!("line {line}: ")).unwrap_or_default()
+/// `line 12: ` where the line of a mistake was found.
+fn line_before(line: Option<usize>) -> String {
+    line.map(|line| format!("line {line}: ")).unwrap_or_default()
 }
 
 fn one_line(error: &toml::de::Error) -> String {
