@@ -45,6 +45,14 @@ pub(crate) fn check_picture(
     check_output(output, insets).or_else(|reason| refuse(place, format!("picture `{id}`: {reason}")))
 }
 
+/// Lets pictures of other scenes, each with its scene and view, show the first view of this one.
+pub(crate) fn move_to<'a>(scene: &str, pictures: impl Iterator<Item = (&'a mut String, &'a mut String)>) {
+    for (shown, view) in pictures {
+        scene.clone_into(shown);
+        view.clear();
+    }
+}
+
 /// Columns of pictures of one size with their magnified parts below.
 pub(crate) fn side_by_side(columns: &[RgbaImage], output: [u32; 2], insets: &[[u32; 3]]) -> RgbaImage {
     stretched_side_by_side(columns, output, insets, 1.0)

@@ -59,6 +59,25 @@ pub(crate) fn alone<T: Send>(
     rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(fail)?.install(work)
 }
 
+/// Takes what was timed: technique, stage, items and when it began.
+pub(crate) type Push<'a> = &'a mut dyn FnMut(&str, &str, usize, Instant);
+
+/// What is timed in rounds, on one thread of its own.
+pub(crate) fn rounds(
+    repetitions: usize,
+    mut round: impl FnMut(Push<'_>) -> Result<(), EvaluationError> + Send,
+) -> Result<Vec<TimedSample>, EvaluationError> {
+    alone(|| {
+        let mut samples = Vec::new();
+        for repetition in 0..repetitions {
+            round(&mut |technique, stage, items, begin| {
+                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
+            })?;
+        }
+        Ok(samples)
+    })
+}
+
 /// The row of gpu.csv.
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct GpuRecord {

@@ -156,50 +156,40 @@ pub enum MomentError {
     Distribution(#[from] DistributionError),
 }
 
+/// What an error blames.
+#[derive(PartialEq)]
+enum Blame {
+    Method,
+    Moments,
+    Input,
+}
+
 impl MomentError {
-    /// Whether a method failed; else the input is at fault.
-    pub fn is_failure(&self) -> bool {
+    fn blame(&self) -> Blame {
         match self {
-            Self::Uncertified { .. } | Self::Solver { .. } => true,
-            Self::Infeasible { .. }
-            | Self::NotPositiveDefinite { .. }
-            | Self::Length { .. }
+            Self::Uncertified { .. } | Self::Solver { .. } => Blame::Method,
+            Self::Infeasible { .. } | Self::NotPositiveDefinite { .. } => Blame::Moments,
+            Self::Length { .. }
             | Self::NotFinite { .. }
             | Self::OutsideInterval { .. }
             | Self::Unsupported(_)
             | Self::Basis(_)
-            | Self::Distribution(_) => false,
+            | Self::Distribution(_) => Blame::Input,
         }
+    }
+
+    /// Whether a method failed; else the input is at fault.
+    pub fn is_failure(&self) -> bool {
+        self.blame() == Blame::Method
     }
 
     /// Whether it says that no distribution has the moments: where they are those of one, the method has failed.
     pub fn denies_moments(&self) -> bool {
-        match self {
-            Self::Infeasible { .. } | Self::NotPositiveDefinite { .. } => true,
-            Self::Uncertified { .. }
-            | Self::Solver { .. }
-            | Self::Length { .. }
-            | Self::NotFinite { .. }
-            | Self::OutsideInterval { .. }
-            | Self::Unsupported(_)
-            | Self::Basis(_)
-            | Self::Distribution(_) => false,
-        }
+        self.blame() == Blame::Moments
     }
-}
 
-impl MomentError {
     /// Whether double-double may be at fault instead of the input: exact arithmetic is asked next.
     pub(crate) fn is_unresolved(&self) -> bool {
-        match self {
-            Self::Uncertified { .. } | Self::Infeasible { .. } | Self::Solver { .. } => true,
-            Self::Length { .. }
-            | Self::NotFinite { .. }
-            | Self::OutsideInterval { .. }
-            | Self::NotPositiveDefinite { .. }
-            | Self::Unsupported(_)
-            | Self::Basis(_)
-            | Self::Distribution(_) => false,
-        }
+        self.is_failure() || matches!(self, Self::Infeasible { .. })
     }
 }

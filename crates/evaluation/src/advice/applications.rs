@@ -9,6 +9,7 @@ use super::together::Member;
 use super::translucent::{self, TranslucentChoice, TranslucentCourse};
 use super::{AdviceOptions, members};
 use crate::error::EvaluationError;
+use crate::experiment::kind::Settings;
 use crate::experiment::{Experiment, Scale};
 use crate::fragments::LoadedScene;
 use crate::kinds::single_scattering::{MediumSetting, SingleScatteringExperiment};
@@ -79,6 +80,15 @@ pub struct TranslucentCasterAdvice {
     pub answer: Answer<TranslucentChoice>,
 }
 
+/// The experiment of a file of candidates, called by its kind.
+fn candidates<T: Settings>(file: &str, options: &AdviceOptions<'_>) -> Result<T, EvaluationError> {
+    let name = format!("{}.toml", T::KIND);
+    let read = Experiment::parse(Path::new(&name), file, Scale::Quick, options.seed)?;
+    read.settings::<T>()
+        .cloned()
+        .ok_or_else(|| EvaluationError::Value(format!("{name} is not of kind \"{}\"", T::KIND)))
+}
+
 /// What is told of soft shadows; `None` where no light has an extent.
 pub(super) fn soft_shadows(
     options: &AdviceOptions<'_>,
@@ -90,14 +100,10 @@ pub(super) fn soft_shadows(
     if lit.is_empty() {
         return Ok(None);
     }
-    let path = Path::new("soft-shadows.toml");
-    let read = Experiment::parse(path, SOFT_CANDIDATES, Scale::Quick, options.seed)?;
-    let Some(experiment) = read.settings::<SoftShadowsExperiment>() else {
-        return Err(EvaluationError::Value("soft-shadows.toml is not of kind \"soft-shadows\"".to_owned()));
-    };
+    let experiment: SoftShadowsExperiment = candidates(SOFT_CANDIDATES, options)?;
     let budget = &options.budget;
     let divisors = &plan.experiment.divisors;
-    let course = SoftCourse::new((experiment, divisors), loaded, &lit, (plan.experiment.frame, budget))?;
+    let course = SoftCourse::new((&experiment, divisors), loaded, &lit, (plan.experiment.frame, budget))?;
     let nothing = course.nothing();
     let mut race = Race::new(course);
     let wanted = Wanted { shown: SHOWN_RECEIVERS, ..wanted };
@@ -130,12 +136,7 @@ pub(super) fn scattering(
     (wanted, sets): (Wanted, &mut Vec<Vec<Member>>),
 ) -> Result<Option<ScatteringAdvice>, EvaluationError> {
     let Some(medium) = options.medium else { return Ok(None) };
-    let path = Path::new("single-scattering.toml");
-    let read = Experiment::parse(path, SCATTERING_CANDIDATES, Scale::Quick, options.seed)?;
-    let Some(mut experiment) = read.settings::<SingleScatteringExperiment>().cloned() else {
-        let reason = "single-scattering.toml is not of kind \"single-scattering\"".to_owned();
-        return Err(EvaluationError::Value(reason));
-    };
+    let mut experiment: SingleScatteringExperiment = candidates(SCATTERING_CANDIDATES, options)?;
     experiment.medium = medium;
     experiment.scenery.size = plan.experiment.scenery.size;
     // The moment map that is resampled may be that of hard shadows.
@@ -165,12 +166,7 @@ pub(super) fn translucent_casters(
     if !loaded.may_be_translucent() {
         return Ok(None);
     }
-    let path = Path::new("translucent-shadows.toml");
-    let read = Experiment::parse(path, TRANSLUCENT_CANDIDATES, Scale::Quick, options.seed)?;
-    let Some(mut experiment) = read.settings::<TranslucentShadowsExperiment>().cloned() else {
-        let reason = "translucent-shadows.toml is not of kind \"translucent-shadows\"".to_owned();
-        return Err(EvaluationError::Value(reason));
-    };
+    let mut experiment: TranslucentShadowsExperiment = candidates(TRANSLUCENT_CANDIDATES, options)?;
     experiment.scenery.size = plan.experiment.scenery.size;
     experiment.scenery.kernel = plan.experiment.scenery.kernel;
     experiment.scenery.fragments = DRAWN_RECEIVERS;

@@ -30,6 +30,15 @@ pub(crate) fn unique<'a>(
     Ok(())
 }
 
+/// Checks the items of a list, each under its key.
+pub(crate) fn each<T>(
+    list: &str,
+    items: &[T],
+    check: impl Fn(&T, &str) -> Result<(), EvaluationError>,
+) -> Result<(), EvaluationError> {
+    items.iter().enumerate().try_for_each(|(i, item)| check(item, &format!("{list}[{i}]")))
+}
+
 /// Where the item of a name stands among those `known`; `key` is where it was named.
 pub(crate) fn place_of<'a>(
     mut known: impl Iterator<Item = &'a str>,

@@ -16,6 +16,11 @@ pub(crate) fn distinct<T: PartialEq>(values: impl IntoIterator<Item = T>) -> Vec
     distinct
 }
 
+/// A fraction in percent with the digits of most errors, under a heading that says so.
+pub(crate) fn percent(fraction: f64) -> String {
+    in_percent(fraction, 2)
+}
+
 /// Least time of a technique's stage in nanoseconds an item: the repetition that was disturbed least.
 pub(crate) fn least_time(samples: &[TimedSample], technique: &str, stage: &str) -> Option<f64> {
     let of_stage = samples.iter().filter(|s| s.technique == technique && s.stage == stage);

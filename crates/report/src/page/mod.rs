@@ -210,6 +210,20 @@ impl Drawing {
     }
 }
 
+impl RecordedPicture {
+    pub(crate) fn new(id: &str, title: String, size: [u32; 2], techniques: &[String]) -> Self {
+        let columns = PictureColumns { size, techniques: techniques.to_vec() };
+        Self { id: id.to_owned(), title, columns }
+    }
+
+    /// The picture above the names of its columns, of which the first is the reference, and a note on them.
+    pub(crate) fn with_legend(self, reference: &str, note: &str) -> [Block; 2] {
+        let techniques = self.columns.techniques.join("; ");
+        let words = format!("{}, from left to right: {reference}; {techniques}. {note}", self.title);
+        [Block::Picture(self), Block::paragraph(words)]
+    }
+}
+
 impl Block {
     pub(crate) fn heading(level: u8, text: impl Into<String>) -> Self {
         Self::Heading(level, text.into())

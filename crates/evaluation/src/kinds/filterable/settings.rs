@@ -1,9 +1,10 @@
 //! The TOML keys of the kind `filterable`.
 
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, not_empty, unique};
+use crate::experiment::keys::{each, file_name, in_key, not_empty, unique};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, check_bias};
+use crate::pictures::move_to;
 use crate::role::{check_names, plays_a_role};
 use applications::{BiasSetting, ShadowMethod};
 use serde::{Deserialize, Serialize};
@@ -116,9 +117,7 @@ impl Settings for FilterableExperiment {
             }
         }
         SurfaceCounter::new(self.surface_gap, self.scenery.plane_limit).map_err(in_key(""))?;
-        for (i, bias) in self.bias.iter().enumerate() {
-            check_bias(bias, &format!("bias[{i}]"))?;
-        }
+        each("bias", &self.bias, check_bias)?;
         check_names(&self.technique, "technique")?;
         (0..self.technique.len()).try_for_each(|i| self.check_technique(i))?;
         if !self.maps.views.is_empty() && self.maps.size == 0 {
@@ -144,11 +143,8 @@ impl Settings for FilterableExperiment {
             self.maps.views = vec!["*".to_owned()];
         }
         self.picture.truncate(1);
-        for picture in &mut self.picture {
-            picture.scene.clone_from(&self.scenery.scenes[0]);
-            picture.view.clear();
-            picture.texel = None;
-        }
+        move_to(&self.scenery.scenes[0], self.picture.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
+        self.picture.iter_mut().for_each(|picture| picture.texel = None);
     }
 }
 

@@ -4,10 +4,10 @@ use super::method::ScatteringMethod;
 use super::standpoint::StandpointSetting;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
-use crate::experiment::keys::{at_least, in_key, not_empty, place_of, refuse, unique};
+use crate::experiment::keys::{at_least, each, in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
-use crate::pictures::{check_camera, check_output, check_picture};
+use crate::pictures::{check_camera, check_output, check_picture, move_to};
 use crate::role::{check_names, named, plays_a_role};
 use applications::scattering::{Medium, MediumError};
 use moment_problem::MomentBound;
@@ -215,13 +215,11 @@ impl Settings for SingleScatteringExperiment {
             return refuse("frame", format!("frame = {:?} has no pixel or no texel", self.frame));
         }
         unique(("standpoint", "name", "standpoint"), self.standpoint.iter().map(|s| s.name.as_str()))?;
-        for (i, standpoint) in self.standpoint.iter().enumerate() {
-            standpoint.check(&format!("standpoint[{i}]"))?;
-        }
+        each("standpoint", &self.standpoint, StandpointSetting::check)?;
         check_names(&self.technique, "technique")?;
-        for (i, technique) in self.technique.iter().enumerate() {
-            technique.method.check(&technique.name, &format!("technique[{i}].method"))?;
-        }
+        each("technique", &self.technique, |technique, place| {
+            technique.method.check(&technique.name, &format!("{place}.method"))
+        })?;
         self.check_aliasing()?;
         self.check_stability()?;
         self.check_passes()?;
@@ -231,16 +229,12 @@ impl Settings for SingleScatteringExperiment {
     evaluated_on_scenes!();
 
     fn scenes_replaced(&mut self) {
-        let scene = self.scenery.scenes[0].clone();
         // Places of one scene are none of another.
         self.standpoint.retain(|standpoint| standpoint.scene.is_none());
         let names: Vec<String> = self.standpoint.iter().map(|s| s.name.clone()).collect();
         self.picture.retain(|picture| names.contains(&picture.standpoint));
         self.picture.truncate(1);
-        for picture in &mut self.picture {
-            picture.scene.clone_from(&scene);
-            picture.view.clear();
-        }
+        move_to(&self.scenery.scenes[0], self.picture.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
     }
 }
 

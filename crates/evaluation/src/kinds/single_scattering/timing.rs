@@ -5,7 +5,7 @@ use super::shot::{Maps, Shot, Source};
 use super::view::ScatteringScene;
 use crate::error::EvaluationError;
 use crate::fragments::spread;
-use crate::timing::{TimedSample, alone};
+use crate::timing::{TimedSample, rounds};
 use applications::Application;
 use applications::scattering::ViewRay;
 use std::hint::black_box;
@@ -22,42 +22,35 @@ pub(super) fn time(
     let texels = experiment.rectified[0] * experiment.rectified[1];
     let places = spread(shot.rays.len(), experiment.scenery.fragments.max(1));
     let rays: Vec<ViewRay> = places.iter().map(|&place| shot.rays[place]).collect();
-    alone(|| {
-        let mut samples = Vec::new();
-        for repetition in 0..experiment.timing.repetitions {
-            let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
-                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
-            };
+    rounds(experiment.timing.repetitions, |push| {
+        let begin = Instant::now();
+        for ray in &rays {
+            black_box(shot.view.truth(ray));
+        }
+        push("truth", "walk", rays.len(), begin);
+        let begin = Instant::now();
+        let sent: usize =
+            rays.iter().map(|ray| shot.view.traced(&scene.triangles, &plan.nets, ray).rays).sum();
+        push("truth", "rays", sent, begin);
+        for (index, (technique, stored)) in experiment.technique.iter().zip(&plan.techniques).enumerate() {
+            let marches = technique.method.steps.is_some();
+            let begin = Instant::now();
+            let maps = Maps::new(experiment, shot, source, &[index])?;
+            if !marches {
+                push(&technique.name, "resample", texels, begin);
+            }
+            let begin = Instant::now();
+            let settings = (experiment.guard_band, experiment.scenery.seed);
+            let method = technique.method.prepare(shot, &maps, stored.as_ref(), settings)?;
+            if !marches && stored.is_some() {
+                push(&technique.name, "prefix", texels, begin);
+            }
             let begin = Instant::now();
             for ray in &rays {
-                black_box(shot.view.truth(ray));
+                black_box(method.lit(&shot.view, ray));
             }
-            push("truth", "walk", rays.len(), begin);
-            let begin = Instant::now();
-            let sent: usize =
-                rays.iter().map(|ray| shot.view.traced(&scene.triangles, &plan.nets, ray).rays).sum();
-            push("truth", "rays", sent, begin);
-            for (index, (technique, stored)) in experiment.technique.iter().zip(&plan.techniques).enumerate()
-            {
-                let marches = technique.method.steps.is_some();
-                let begin = Instant::now();
-                let maps = Maps::new(experiment, shot, source, &[index])?;
-                if !marches {
-                    push(&technique.name, "resample", texels, begin);
-                }
-                let begin = Instant::now();
-                let settings = (experiment.guard_band, experiment.scenery.seed);
-                let method = technique.method.prepare(shot, &maps, stored.as_ref(), settings)?;
-                if !marches && stored.is_some() {
-                    push(&technique.name, "prefix", texels, begin);
-                }
-                let begin = Instant::now();
-                for ray in &rays {
-                    black_box(method.lit(&shot.view, ray));
-                }
-                push(&technique.name, if marches { "march" } else { "look up" }, rays.len(), begin);
-            }
+            push(&technique.name, if marches { "march" } else { "look up" }, rays.len(), begin);
         }
-        Ok(samples)
+        Ok(())
     })
 }

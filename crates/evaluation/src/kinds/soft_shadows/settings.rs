@@ -3,11 +3,11 @@
 use super::method::MethodSetting;
 use super::sweep::Sweep;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
+use crate::experiment::keys::{each, in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{MAX_SIZE, SceneSettings, TruthSetting};
 use crate::lit_frames::MAX_TAPS;
-use crate::pictures::{check_camera, check_output, check_picture};
+use crate::pictures::{check_camera, check_output, check_picture, move_to};
 use crate::role::{check_names, named, plays_a_role};
 use crate::timing::TimingSetting;
 use applications::field::Table;
@@ -177,17 +177,13 @@ impl Settings for SoftShadowsExperiment {
         ])?;
         check_camera(self.camera, MAX_SIZE)?;
         self.truth.nets(self.scenery.seed)?;
-        for (i, bias) in self.bias.iter().enumerate() {
-            bias.check().map_err(in_key(&format!("bias[{i}]")))?;
-        }
+        each("bias", &self.bias, |bias, place| bias.check().map_err(in_key(place)))?;
         unique(("light", "name", "light"), self.light.iter().map(|light| light.name.as_str()))?;
-        for (i, light) in self.light.iter().enumerate() {
-            light.sun(&format!("light[{i}]"))?;
-        }
+        each("light", &self.light, |light, place| light.sun(place).map(|_| ()))?;
         check_names(&self.technique, "technique")?;
-        for (i, technique) in self.technique.iter().enumerate() {
-            technique.method.check(&technique.name, &format!("technique[{i}].method"))?;
-        }
+        each("technique", &self.technique, |technique, place| {
+            technique.method.check(&technique.name, &format!("{place}.method"))
+        })?;
         if !self.technique[0].method.is_percentage_closer() {
             return refuse("technique[0].method", "technique[0] is no percentage-closer method".to_owned());
         }
@@ -201,10 +197,7 @@ impl Settings for SoftShadowsExperiment {
         let pictures = self.picture.iter().map(|p| p.id.as_str());
         let ids = pictures.chain(self.receiver.iter().map(|p| p.id.as_str()));
         unique(("picture", "id", "picture"), ids)?;
-        for (i, picture) in self.picture.iter().enumerate() {
-            let place = format!("picture[{i}]");
-            self.check_place(picture, &place)?;
-        }
+        each("picture", &self.picture, |picture, place| self.check_place(picture, place))?;
         if let Some(passes) = &self.passes {
             self.named(&passes.techniques, "passes.techniques")?;
             for &output in passes.outputs.iter().chain([&passes.output]) {
@@ -250,10 +243,7 @@ impl Settings for SoftShadowsExperiment {
     fn scenes_replaced(&mut self) {
         for pictures in [&mut self.picture, &mut self.receiver] {
             pictures.truncate(1);
-            for picture in pictures {
-                picture.scene.clone_from(&self.scenery.scenes[0]);
-                picture.view.clear();
-            }
+            move_to(&self.scenery.scenes[0], pictures.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
         }
     }
 }

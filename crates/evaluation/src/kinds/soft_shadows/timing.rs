@@ -2,7 +2,7 @@
 
 use super::run::SoftPlan;
 use crate::error::EvaluationError;
-use crate::timing::{TimedSample, alone};
+use crate::timing::{TimedSample, rounds};
 use applications::soft_shadow::SoftReceiver;
 use std::hint::black_box;
 use std::time::Instant;
@@ -15,29 +15,23 @@ pub(super) fn time(plan: &SoftPlan<'_>) -> Result<Vec<TimedSample>, EvaluationEr
     let view = &plan.views[0];
     let receivers: Vec<SoftReceiver> =
         view.points[0].iter().map(|point| view.receiver(point, &experiment.bias[0])).collect();
-    alone(|| {
-        let mut samples = Vec::new();
-        for repetition in 0..experiment.timing.repetitions {
-            let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
-                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
-            };
+    rounds(experiment.timing.repetitions, |push| {
+        let begin = Instant::now();
+        let rays: usize = receivers.iter().map(|receiver| lit.occluded(receiver).rays).sum();
+        push("truth", "rays", rays, begin);
+        for technique in &experiment.technique {
             let begin = Instant::now();
-            let rays: usize = receivers.iter().map(|receiver| lit.occluded(receiver).rays).sum();
-            push("truth", "rays", rays, begin);
-            for technique in &experiment.technique {
-                let begin = Instant::now();
-                // A table that cannot be made was recorded with the errors.
-                let Ok(method) = technique.method.prepare(lit.map, &lit.penumbra) else { continue };
-                if !technique.method.is_percentage_closer() {
-                    push(&technique.name, "sum", view.map.depths().len(), begin);
-                }
-                let begin = Instant::now();
-                for receiver in &receivers {
-                    let _ = black_box(method.estimate(&lit, receiver));
-                }
-                push(&technique.name, "shade", receivers.len(), begin);
+            // A table that cannot be made was recorded with the errors.
+            let Ok(method) = technique.method.prepare(lit.map, &lit.penumbra) else { continue };
+            if !technique.method.is_percentage_closer() {
+                push(&technique.name, "sum", view.map.depths().len(), begin);
             }
+            let begin = Instant::now();
+            for receiver in &receivers {
+                let _ = black_box(method.estimate(&lit, receiver));
+            }
+            push(&technique.name, "shade", receivers.len(), begin);
         }
-        Ok(samples)
+        Ok(())
     })
 }

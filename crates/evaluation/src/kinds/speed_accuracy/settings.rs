@@ -3,10 +3,10 @@
 use super::candidate::Candidate;
 use super::records::FrameRoute;
 use crate::error::EvaluationError;
-use crate::experiment::keys::{file_name, in_key, not_empty, words};
+use crate::experiment::keys::{each, file_name, in_key, not_empty, words};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::SceneSettings;
-use crate::pictures::check_output;
+use crate::pictures::{check_output, move_to};
 use crate::role::{check_roles, plays_a_role};
 use serde::{Deserialize, Serialize};
 use shadow_filtering::{DepthBias, KernelSpec, TechniqueSpec};
@@ -242,9 +242,7 @@ impl Settings for SpeedAccuracyExperiment {
             }
         }
         self.reference.check().map_err(in_key("reference"))?;
-        for (i, bias) in self.biases.iter().enumerate() {
-            bias.check().map_err(in_key(&format!("biases[{i}]")))?;
-        }
+        each("biases", &self.biases, |bias, place| bias.check().map_err(in_key(place)))?;
         for (i, blend) in self.blends.iter().enumerate() {
             for (key, value) in [("beta", blend.beta), ("leak_reduction", blend.leak_reduction)] {
                 if !(0.0..1.0).contains(&value) {
@@ -279,18 +277,17 @@ impl Settings for SpeedAccuracyExperiment {
             Candidate::new((&setting.name, &setting.method), self.scenery.seed, &format!("technique[{i}]"))?;
         }
         self.check_frames()?;
-        for (i, picture) in self.picture.iter().enumerate() {
-            file_name(&format!("picture[{i}].id"), "picture", &picture.id)?;
-            self.check_picture(picture, &format!("picture[{i}]"))?;
-        }
+        each("picture", &self.picture, |picture, place| {
+            file_name(&format!("{place}.id"), "picture", &picture.id)?;
+            self.check_picture(picture, place)
+        })?;
         for mut picture in self.pictures_of_views(std::iter::once(("scene", "view"))) {
             "every_view".clone_into(&mut picture.id);
             self.check_picture(&picture, "every_view")?;
         }
-        for (i, comparison) in self.comparison.iter().enumerate() {
-            comparison.kernel.build().map_err(in_key(&format!("comparison[{i}].kernel")))?;
-        }
-        Ok(())
+        each("comparison", &self.comparison, |comparison, place| {
+            comparison.kernel.build().map(|_| ()).map_err(in_key(&format!("{place}.kernel")))
+        })
     }
 
     evaluated_on_scenes!();
@@ -298,10 +295,7 @@ impl Settings for SpeedAccuracyExperiment {
     fn scenes_replaced(&mut self) {
         // A stack has no camera.
         self.picture.truncate(usize::from(!self.scenery.scenes[0].ends_with(".npz")));
-        for picture in &mut self.picture {
-            picture.scene.clone_from(&self.scenery.scenes[0]);
-            picture.view.clear();
-        }
+        move_to(&self.scenery.scenes[0], self.picture.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
     }
 }
 

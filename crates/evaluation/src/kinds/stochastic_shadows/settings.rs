@@ -3,11 +3,11 @@
 use super::method::{Choice, StochasticTechnique};
 use super::shading::{LitFrame, Named};
 use crate::error::EvaluationError;
-use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
+use crate::experiment::keys::{each, in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, TruthSetting};
 use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Scenery, Sight, check_zoom};
-use crate::pictures::{check_camera, check_picture};
+use crate::pictures::{check_camera, check_picture, move_to};
 use crate::role::{check_names, named};
 use crate::timing::TimingSetting;
 use scenes::LightView;
@@ -101,9 +101,7 @@ impl Settings for StochasticShadowsExperiment {
         self.bias.check().map_err(in_key("bias"))?;
         ScaledLight::check_all(&self.light)?;
         check_names(&self.technique, "technique")?;
-        for (i, technique) in self.technique.iter().enumerate() {
-            technique.check(&format!("technique[{i}]"))?;
-        }
+        each("technique", &self.technique, StochasticTechnique::check)?;
         if let Some(modulation) = &self.modulation {
             self.named(&modulation.techniques, "modulation.techniques")?;
         }
@@ -126,10 +124,7 @@ impl Settings for StochasticShadowsExperiment {
         self.scenery.views = vec!["lamp".to_owned()];
         let scene = &self.scenery.scenes[0];
         self.picture.truncate(1);
-        for picture in &mut self.picture {
-            picture.scene.clone_from(scene);
-            picture.view.clear();
-        }
+        move_to(scene, self.picture.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
     }
 }
 

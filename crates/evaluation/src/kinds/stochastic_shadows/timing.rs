@@ -5,7 +5,7 @@ use super::settings::StochasticShadowsExperiment;
 use super::shading::Traced;
 use crate::error::EvaluationError;
 use crate::lit_frames::{Lit, Ready, Seen, Stage, middle_map};
-use crate::timing::{TimedSample, alone};
+use crate::timing::{TimedSample, rounds};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -23,53 +23,47 @@ pub(super) fn time(
     let (truth, whole) = (experiment.truth.nets(experiment.scenery.seed)?, scenery.whole(0)?);
     let lit_by = Lit { map: &map, light: &lit.light, truth: &truth, triangles: whole.triangles() };
     let pixels: Vec<&Seen> = lit.seen.iter().flatten().collect();
-    alone(|| {
-        let mut samples = Vec::new();
-        for repetition in 0..experiment.timing.repetitions {
-            let mut push = |technique: &str, stage: &str, items: usize, begin: Instant| {
-                samples.push(TimedSample::since(begin, technique, stage, items, repetition));
-            };
-            let frame = &lit.light.frame;
-            let begin = Instant::now();
-            let focus = frame.near + 0.5 * frame.depth_range;
-            let rays = lit.traced(&lit.light, focus, (experiment.scenery.seed, 0));
-            push("", "rays", rays.samples().len(), begin);
-            for (index, technique) in experiment.technique.iter().enumerate() {
-                let bias = experiment.bias(index);
-                match technique.choice() {
-                    Some(Choice::Stochastic(_)) => {
-                        // Rays first, so that only the filter is timed.
-                        let mut traced = Traced::new();
-                        lit.groups(&experiment.filtered(&[index]), 0, &mut traced)?;
-                        let begin = Instant::now();
-                        let groups = lit.groups(&experiment.filtered(&[index]), 0, &mut traced)?;
-                        let side = groups.first().map_or(0, |group| group.size() as usize);
-                        push(&technique.name, "filter", side * side, begin);
-                        let begin = Instant::now();
-                        for group in &groups {
-                            for seen in &pixels {
-                                let _ = black_box(group.shadow(0, bias, seen));
-                            }
-                        }
-                        push(&technique.name, "shade", pixels.len(), begin);
-                    }
-                    Some(Choice::Anew(method)) => {
-                        let begin = Instant::now();
-                        // What cannot be made was recorded with the errors.
-                        let Ok(ready) = Ready::new(method, &lit_by, experiment.scenery.seed) else {
-                            continue;
-                        };
-                        push(&technique.name, "filter", map.depths().len(), begin);
-                        let begin = Instant::now();
+    rounds(experiment.timing.repetitions, |push| {
+        let frame = &lit.light.frame;
+        let begin = Instant::now();
+        let focus = frame.near + 0.5 * frame.depth_range;
+        let rays = lit.traced(&lit.light, focus, (experiment.scenery.seed, 0));
+        push("", "rays", rays.samples().len(), begin);
+        for (index, technique) in experiment.technique.iter().enumerate() {
+            let bias = experiment.bias(index);
+            match technique.choice() {
+                Some(Choice::Stochastic(_)) => {
+                    // Rays first, so that only the filter is timed.
+                    let mut traced = Traced::new();
+                    lit.groups(&experiment.filtered(&[index]), 0, &mut traced)?;
+                    let begin = Instant::now();
+                    let groups = lit.groups(&experiment.filtered(&[index]), 0, &mut traced)?;
+                    let side = groups.first().map_or(0, |group| group.size() as usize);
+                    push(&technique.name, "filter", side * side, begin);
+                    let begin = Instant::now();
+                    for group in &groups {
                         for seen in &pixels {
-                            let _ = black_box(ready.shadow(&lit_by, bias, seen, seen.position));
+                            let _ = black_box(group.shadow(0, bias, seen));
                         }
-                        push(&technique.name, "shade", pixels.len(), begin);
                     }
-                    None => {}
+                    push(&technique.name, "shade", pixels.len(), begin);
                 }
+                Some(Choice::Anew(method)) => {
+                    let begin = Instant::now();
+                    // What cannot be made was recorded with the errors.
+                    let Ok(ready) = Ready::new(method, &lit_by, experiment.scenery.seed) else {
+                        continue;
+                    };
+                    push(&technique.name, "filter", map.depths().len(), begin);
+                    let begin = Instant::now();
+                    for seen in &pixels {
+                        let _ = black_box(ready.shadow(&lit_by, bias, seen, seen.position));
+                    }
+                    push(&technique.name, "shade", pixels.len(), begin);
+                }
+                None => {}
             }
         }
-        Ok(samples)
+        Ok(())
     })
 }

@@ -3,11 +3,11 @@
 use super::animation::TemporalAnimation;
 use super::method::{MethodChoice, TemporalTechnique};
 use crate::error::EvaluationError;
-use crate::experiment::keys::{in_key, not_empty, place_of, refuse, unique};
+use crate::experiment::keys::{each, in_key, not_empty, place_of, refuse, unique};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, TruthSetting};
 use crate::lit_frames::{MAX_FRAME_SIDE, ScaledLight, Stage, Window, check_zoom};
-use crate::pictures::{check_camera, check_picture};
+use crate::pictures::{check_camera, check_picture, move_to};
 use crate::role::{check_names, named};
 use crate::timing::TimingSetting;
 use scenes::{CameraPath, Movement};
@@ -181,13 +181,9 @@ impl Settings for TemporalShadowsExperiment {
         self.bias.check().map_err(in_key("bias"))?;
         ScaledLight::check_all(&self.light)?;
         unique(("path", "name", "path"), self.path.iter().map(|path| path.name.as_str()))?;
-        for (i, path) in self.path.iter().enumerate() {
-            path.check(&format!("path[{i}]"))?;
-        }
+        each("path", &self.path, PathSetting::check)?;
         check_names(&self.technique, "technique")?;
-        for (i, technique) in self.technique.iter().enumerate() {
-            technique.check(&format!("technique[{i}]"))?;
-        }
+        each("technique", &self.technique, TemporalTechnique::check)?;
         if !(1..=4096).contains(&self.counting.pixels) {
             return refuse(
                 "counting.pixels",
@@ -198,14 +194,9 @@ impl Settings for TemporalShadowsExperiment {
             return refuse("counting.frames", format!("frames = {frames} is not between 1 and 2^20"));
         }
         unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
-        for (i, picture) in self.picture.iter().enumerate() {
-            self.check_picture(picture, &format!("picture[{i}]"))?;
-        }
+        each("picture", &self.picture, |picture, place| self.check_picture(picture, place))?;
         unique(("animation", "id", "animation"), self.animation.iter().map(|a| a.id.as_str()))?;
-        for (i, animation) in self.animation.iter().enumerate() {
-            self.check_animation(animation, &format!("animation[{i}]"))?;
-        }
-        Ok(())
+        each("animation", &self.animation, |animation, place| self.check_animation(animation, place))
     }
 
     evaluated_on_scenes!();
@@ -214,14 +205,8 @@ impl Settings for TemporalShadowsExperiment {
         // Every scene has a lamp, and views were cleared with the scenes.
         self.scenery.views = vec!["lamp".to_owned()];
         let scene = &self.scenery.scenes[0];
-        for picture in &mut self.picture {
-            picture.scene.clone_from(scene);
-            picture.view.clear();
-        }
-        for animation in &mut self.animation {
-            animation.scene.clone_from(scene);
-            animation.view.clear();
-        }
+        move_to(scene, self.picture.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
+        move_to(scene, self.animation.iter_mut().map(|a| (&mut a.scene, &mut a.view)));
     }
 }
 

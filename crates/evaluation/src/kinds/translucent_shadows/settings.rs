@@ -3,11 +3,11 @@
 use super::method::TranslucentTechnique;
 use crate::error::EvaluationError;
 use crate::experiment::Alphas;
-use crate::experiment::keys::{at_least, in_key, not_empty, refuse, unique};
+use crate::experiment::keys::{at_least, each, in_key, not_empty, refuse, unique};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
 use crate::fragments::{SceneSettings, check_bias};
 use crate::lit_frames::check_zoom;
-use crate::pictures::check_picture;
+use crate::pictures::{check_picture, move_to};
 use crate::role::{check_names, named};
 use crate::timing::TimingSetting;
 use applications::BiasSetting;
@@ -152,9 +152,7 @@ impl Settings for TranslucentShadowsExperiment {
         not_empty([("technique", self.technique.is_empty())])?;
         check_bias(&self.bias, "bias")?;
         check_names(&self.technique, "technique")?;
-        for (i, technique) in self.technique.iter().enumerate() {
-            technique.check(&format!("technique[{i}]"))?;
-        }
+        each("technique", &self.technique, TranslucentTechnique::check)?;
         if let Some(colour) = &self.colour {
             self.named(&colour.techniques, "colour.techniques")?;
         }
@@ -162,9 +160,7 @@ impl Settings for TranslucentShadowsExperiment {
         if let Some(advice) = &self.advice {
             self.named(&advice.techniques, "advice.techniques")?;
             not_empty([("advice.bias", advice.bias.is_empty())])?;
-            for (i, bias) in advice.bias.iter().enumerate() {
-                bias.check().map_err(in_key(&format!("advice.bias[{i}]")))?;
-            }
+            each("advice.bias", &advice.bias, |bias, place| bias.check().map_err(in_key(place)))?;
         }
         unique(("picture", "id", "picture"), self.picture.iter().map(|p| p.id.as_str()))?;
         for (i, picture) in self.picture.iter().enumerate() {
@@ -185,10 +181,7 @@ impl Settings for TranslucentShadowsExperiment {
         if crate::fragments::is_stack(scene) {
             self.picture.clear();
         }
-        for picture in &mut self.picture {
-            picture.scene.clone_from(scene);
-            picture.view.clear();
-        }
+        move_to(scene, self.picture.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
     }
 }
 

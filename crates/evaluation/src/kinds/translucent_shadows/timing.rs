@@ -3,7 +3,7 @@
 use super::run::Plan;
 use super::view::View;
 use crate::error::EvaluationError;
-use crate::timing::{TimedSample, alone};
+use crate::timing::{TimedSample, rounds};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -12,31 +12,21 @@ use std::time::Instant;
 pub(super) fn time(plan: &Plan<'_>, view: &View) -> Result<Vec<TimedSample>, EvaluationError> {
     let experiment = plan.experiment;
     let texels = view.map.size().into_iter().product();
-    alone(|| {
+    rounds(experiment.timing.repetitions, |push| {
         let shadow = view.shadow(experiment, &plan.kernel);
-        let mut samples = Vec::new();
-        for repetition in 0..experiment.timing.repetitions {
-            for (technique, method) in experiment.technique.iter().zip(&plan.methods) {
-                let Ok(ranks) = view.ranks(technique.order) else { continue };
-                let begin = Instant::now();
-                let Ok(prepared) = method.prepare(&view.map, &plan.kernel, ranks, experiment.scenery.seed)
-                else {
-                    continue;
-                };
-                samples.push(TimedSample::since(begin, &technique.name, "filter", texels, repetition));
-                let begin = Instant::now();
-                for sample in &view.samples {
-                    let _ = black_box(prepared.unclamped(&shadow, &sample.receiver));
-                }
-                samples.push(TimedSample::since(
-                    begin,
-                    &technique.name,
-                    "shade",
-                    view.samples.len(),
-                    repetition,
-                ));
+        for (technique, method) in experiment.technique.iter().zip(&plan.methods) {
+            let Ok(ranks) = view.ranks(technique.order) else { continue };
+            let begin = Instant::now();
+            let Ok(prepared) = method.prepare(&view.map, &plan.kernel, ranks, experiment.scenery.seed) else {
+                continue;
+            };
+            push(&technique.name, "filter", texels, begin);
+            let begin = Instant::now();
+            for sample in &view.samples {
+                let _ = black_box(prepared.unclamped(&shadow, &sample.receiver));
             }
+            push(&technique.name, "shade", view.samples.len(), begin);
         }
-        Ok(samples)
+        Ok(())
     })
 }

@@ -2,7 +2,7 @@
 
 use super::order;
 use super::summary::FilterableTables;
-use crate::kinds::rows::{distinct, least_ns, least_time, views};
+use crate::kinds::rows::{distinct, least_ns, least_time, percent, views};
 use crate::page::{Block, Table, Text, in_percent, row};
 use evaluation::{DepthBias, FilterableRecord};
 
@@ -19,10 +19,6 @@ pub(crate) fn blocks(tables: &FilterableTables<'_>) -> Vec<Block> {
         tables.level().blocks(2),
     ]
     .concat()
-}
-
-fn percent(fraction: f64) -> String {
-    in_percent(fraction, 2)
 }
 
 fn l1_error(record: &FilterableRecord) -> String {

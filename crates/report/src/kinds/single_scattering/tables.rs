@@ -2,8 +2,8 @@
 
 use super::summary::{ALL, ScatteringTables};
 use super::{passes, smallest};
-use crate::kinds::rows::{distinct, least_ns, least_time, millions_a_second};
-use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
+use crate::kinds::rows::{distinct, least_ns, least_time, millions_a_second, percent};
+use crate::page::{Block, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{EdgeRecord, ScatteringPicture, ScatteringRecord, StoredBiasRecord};
 
 pub(super) fn blocks(tables: &ScatteringTables<'_>) -> Vec<Block> {
@@ -34,31 +34,16 @@ const EPIPOLE_NOTE: &str = "The same by the angle between the ray and the light'
 const STANDPOINT_NOTE: &str = "The same by the camera: its own place in the scene, looking into the light, along the light, under \
                                the ground, or a place of one scene.";
 
-fn percent(fraction: f64) -> String {
-    in_percent(fraction, 2)
-}
-
-fn recorded_picture(picture: &ScatteringPicture) -> RecordedPicture {
+fn pictured(picture: &ScatteringPicture) -> [Block; 2] {
     let view = if picture.view.is_empty() { "first view" } else { &picture.view };
-    RecordedPicture {
-        id: picture.id.clone(),
-        title: format!("{}, {view}, standpoint \"{}\"", picture.scene, picture.standpoint),
-        columns: PictureColumns { size: picture.output, techniques: picture.techniques.clone() },
-    }
+    let title = format!("{}, {view}, standpoint \"{}\"", picture.scene, picture.standpoint);
+    let note = format!("Below, parts magnified, contrasts stretched by {}.", picture.stretch);
+    RecordedPicture::new(&picture.id, title, picture.output, &picture.techniques)
+        .with_legend("the shadow map's exact integral", &note)
 }
 
 fn pictures(tables: &ScatteringTables<'_>) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    for picture in &tables.experiment.picture {
-        let recorded = recorded_picture(picture);
-        let words = format!(
-            "{}, from left to right: the shadow map's exact integral; {}. Below, parts magnified, contrasts stretched by {}.",
-            recorded.title,
-            picture.techniques.join("; "),
-            picture.stretch
-        );
-        blocks.extend([Block::Picture(recorded), Block::paragraph(words)]);
-    }
+    let mut blocks: Vec<Block> = tables.experiment.picture.iter().flat_map(pictured).collect();
     let table = Table::of(&tables.pictures)
         .left("picture", |r| &r.picture)
         .left("technique", |r| &r.technique)

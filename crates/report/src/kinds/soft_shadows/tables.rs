@@ -2,8 +2,8 @@
 
 use super::summary::SoftTables;
 use super::sweeps;
-use crate::kinds::rows::{distinct, least_ns, millions_a_second, timed};
-use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
+use crate::kinds::rows::{distinct, least_ns, millions_a_second, percent, timed};
+use crate::page::{Block, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{DepthBias, Population, SoftPicture, SoftRecord};
 
 pub(super) fn blocks(tables: &SoftTables<'_>) -> Vec<Block> {
@@ -22,31 +22,16 @@ pub(super) fn blocks(tables: &SoftTables<'_>) -> Vec<Block> {
     .concat()
 }
 
-fn percent(fraction: f64) -> String {
-    in_percent(fraction, 2)
-}
-
-fn recorded_picture(picture: &SoftPicture) -> RecordedPicture {
+fn pictured(picture: &SoftPicture) -> [Block; 2] {
     let view = if picture.view.is_empty() { "first view" } else { &picture.view };
-    RecordedPicture {
-        id: picture.id.clone(),
-        title: format!("{}, {view}, light \"{}\"", picture.scene, picture.light),
-        columns: PictureColumns { size: picture.size(), techniques: picture.techniques.clone() },
-    }
+    let title = format!("{}, {view}, light \"{}\"", picture.scene, picture.light);
+    let note = "Each method under its best depth bias; below, parts magnified.";
+    RecordedPicture::new(&picture.id, title, picture.size(), &picture.techniques)
+        .with_legend("the area light by shadow rays", note)
 }
 
 fn pictures(tables: &SoftTables<'_>) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    for picture in &tables.experiment.picture {
-        let recorded = recorded_picture(picture);
-        let words = format!(
-            "{}, from left to right: the area light by shadow rays; {}. Each method under its best depth bias; below, parts \
-             magnified.",
-            recorded.title,
-            picture.techniques.join("; ")
-        );
-        blocks.extend([Block::Picture(recorded), Block::paragraph(words)]);
-    }
+    let mut blocks: Vec<Block> = tables.experiment.picture.iter().flat_map(pictured).collect();
     let table = Table::of(&tables.pictures)
         .left("picture", |r| &r.picture)
         .left("technique", |r| &r.technique)

@@ -2,7 +2,7 @@
 
 use super::summary::{SpeedTables, Time};
 use crate::kinds::rows::distinct;
-use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, percent, row};
+use crate::page::{Block, RecordedPicture, Table, Text, percent, row};
 use evaluation::{PictureSetting, SpeedAccuracyRecord};
 
 pub(crate) fn blocks(tables: &SpeedTables<'_>) -> Vec<Block> {
@@ -21,11 +21,8 @@ pub(crate) fn blocks(tables: &SpeedTables<'_>) -> Vec<Block> {
 /// A picture with its columns.
 pub(crate) fn recorded_picture(picture: &PictureSetting) -> RecordedPicture {
     let view = if picture.view.is_empty() { "first view" } else { &picture.view };
-    RecordedPicture {
-        id: picture.id.clone(),
-        title: format!("{}, {view}", picture.scene),
-        columns: PictureColumns { size: picture.output, techniques: picture.techniques.clone() },
-    }
+    let title = format!("{}, {view}", picture.scene);
+    RecordedPicture::new(&picture.id, title, picture.output, &picture.techniques)
 }
 
 fn pictures(tables: &SpeedTables<'_>) -> Vec<Block> {
@@ -38,16 +35,11 @@ fn pictures(tables: &SpeedTables<'_>) -> Vec<Block> {
         blocks.push(Block::Paragraph(Text::joined([head, Text::joined(links, ", "), ".".into()], "")));
     }
     for picture in &tables.experiment.picture {
-        let recorded = recorded_picture(picture);
-        let words = format!(
-            "{}, from left to right: PCF with receiver plane; {}. Lower bounds as they are, depth bias {} texels + {} \
-             slopes; below, parts of the pictures magnified.",
-            recorded.title,
-            picture.techniques.join("; "),
-            picture.bias.texels,
-            picture.bias.slopes
+        let (texels, slopes) = (picture.bias.texels, picture.bias.slopes);
+        let note = format!(
+            "Lower bounds as they are, depth bias {texels} texels + {slopes} slopes; below, parts of the pictures magnified."
         );
-        blocks.extend([Block::Picture(recorded), Block::paragraph(words)]);
+        blocks.extend(recorded_picture(picture).with_legend("PCF with receiver plane", &note));
     }
     blocks
 }

@@ -1,8 +1,8 @@
 //! The tables of a `stochastic-shadows` run, each with a note on how to read it.
 
 use super::summary::{BASES, CHANGES, OTHERS, StochasticTables};
-use crate::kinds::rows::{least_ns, millions_a_second, timed};
-use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
+use crate::kinds::rows::{least_ns, millions_a_second, percent, timed};
+use crate::page::{Block, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{StochasticPicture, StochasticRecord};
 
 pub(super) fn blocks(tables: &StochasticTables<'_>) -> Vec<Block> {
@@ -19,29 +19,14 @@ pub(super) fn blocks(tables: &StochasticTables<'_>) -> Vec<Block> {
     .concat()
 }
 
-fn percent(fraction: f64) -> String {
-    in_percent(fraction, 2)
-}
-
-fn recorded_picture(picture: &StochasticPicture) -> RecordedPicture {
-    RecordedPicture {
-        id: picture.id.clone(),
-        title: format!("{}, light \"{}\"", picture.scene, picture.light),
-        columns: PictureColumns { size: picture.output, techniques: picture.techniques.clone() },
-    }
+fn pictured(picture: &StochasticPicture) -> [Block; 2] {
+    let title = format!("{}, light \"{}\"", picture.scene, picture.light);
+    RecordedPicture::new(&picture.id, title, picture.output, &picture.techniques)
+        .with_legend("the area light by shadow rays", "Below, parts magnified.")
 }
 
 fn pictures(tables: &StochasticTables<'_>) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    for picture in &tables.experiment.picture {
-        let recorded = recorded_picture(picture);
-        let words = format!(
-            "{}, from left to right: the area light by shadow rays; {}. Below, parts magnified.",
-            recorded.title,
-            picture.techniques.join("; ")
-        );
-        blocks.extend([Block::Picture(recorded), Block::paragraph(words)]);
-    }
+    let mut blocks: Vec<Block> = tables.experiment.picture.iter().flat_map(pictured).collect();
     let table = Table::of(&tables.pictures)
         .left("picture", |r| &r.picture)
         .left("technique", |r| &r.technique)

@@ -1,8 +1,8 @@
 //! The tables of a `temporal-shadows` run, each with a note on how to read it.
 
 use super::summary::{ASKED, MENDS, TemporalTables};
-use crate::kinds::rows::{distinct, least_ns, least_time, timed};
-use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
+use crate::kinds::rows::{distinct, least_ns, least_time, percent, timed};
+use crate::page::{Block, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{PathSetting, TemporalPicture, TemporalRecord};
 
 pub(super) fn blocks(tables: &TemporalTables<'_>) -> Vec<Block> {
@@ -20,35 +20,21 @@ pub(super) fn blocks(tables: &TemporalTables<'_>) -> Vec<Block> {
     .concat()
 }
 
-fn percent(fraction: f64) -> String {
-    in_percent(fraction, 2)
-}
-
-fn recorded_picture(picture: &TemporalPicture, size: [u32; 2]) -> RecordedPicture {
+fn pictured(picture: &TemporalPicture, size: [u32; 2]) -> [Block; 2] {
     let mut columns = Vec::new();
     for technique in &picture.techniques {
         let mut frames = picture.frames.clone();
         frames.sort_unstable();
         columns.extend(frames.iter().map(|frame| format!("{technique}, frame {frame}")));
     }
-    RecordedPicture {
-        id: picture.id.clone(),
-        title: format!("{}, light \"{}\", path \"{}\"", picture.scene, picture.light, picture.path),
-        columns: PictureColumns { size, techniques: columns },
-    }
+    let title = format!("{}, light \"{}\", path \"{}\"", picture.scene, picture.light, picture.path);
+    RecordedPicture::new(&picture.id, title, size, &columns)
+        .with_legend("the area light by shadow rays", "Below, parts magnified.")
 }
 
 fn pictures(tables: &TemporalTables<'_>) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    for picture in &tables.experiment.picture {
-        let recorded = recorded_picture(picture, tables.experiment.camera);
-        let words = format!(
-            "{}, from left to right: the area light by shadow rays; {}. Below, parts magnified.",
-            recorded.title,
-            recorded.columns.techniques.join("; ")
-        );
-        blocks.extend([Block::Picture(recorded), Block::paragraph(words)]);
-    }
+    let (pictures, size) = (&tables.experiment.picture, tables.experiment.camera);
+    let mut blocks: Vec<Block> = pictures.iter().flat_map(|picture| pictured(picture, size)).collect();
     let table = Table::of(&tables.pictures)
         .left("picture", |r| &r.picture)
         .left("technique", |r| &r.technique)

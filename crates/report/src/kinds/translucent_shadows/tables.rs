@@ -1,8 +1,8 @@
 //! The tables of a `translucent-shadows` run, each with a note on how to read it.
 
 use super::summary::TranslucentTables;
-use crate::kinds::rows::{distinct, least_ns};
-use crate::page::{Block, PictureColumns, RecordedPicture, Table, Text, in_percent, row};
+use crate::kinds::rows::{distinct, least_ns, percent};
+use crate::page::{Block, RecordedPicture, Table, Text, in_percent, row};
 use evaluation::{BlendingRecord, TranslucentPicture, TranslucentRecord};
 
 pub(super) fn blocks(tables: &TranslucentTables<'_>) -> Vec<Block> {
@@ -20,30 +20,16 @@ pub(super) fn blocks(tables: &TranslucentTables<'_>) -> Vec<Block> {
     .concat()
 }
 
-fn percent(fraction: f64) -> String {
-    in_percent(fraction, 2)
-}
-
-fn recorded_picture(picture: &TranslucentPicture) -> RecordedPicture {
-    RecordedPicture {
-        id: picture.id.clone(),
-        title: format!("{}, view \"{}\"", picture.scene, picture.view),
-        columns: PictureColumns { size: picture.output, techniques: picture.techniques.clone() },
-    }
+fn pictured(picture: &TranslucentPicture) -> [Block; 2] {
+    let title = format!("{}, view \"{}\"", picture.scene, picture.view);
+    let note =
+        "Smoke and glass are lit by what each method finds at their own depth. Below, parts magnified.";
+    RecordedPicture::new(&picture.id, title, picture.output, &picture.techniques)
+        .with_legend("the truth", note)
 }
 
 fn pictures(tables: &TranslucentTables<'_>) -> Vec<Block> {
-    let mut blocks = Vec::new();
-    for picture in &tables.experiment.picture {
-        let recorded = recorded_picture(picture);
-        let words = format!(
-            "{}, from left to right: the truth; {}. Smoke and glass are lit by what each method finds at their own depth. Below, \
-             parts magnified.",
-            recorded.title,
-            picture.techniques.join("; ")
-        );
-        blocks.extend([Block::Picture(recorded), Block::paragraph(words)]);
-    }
+    let mut blocks: Vec<Block> = tables.experiment.picture.iter().flat_map(pictured).collect();
     let table = Table::of(&tables.pictures)
         .left("picture", |r| &r.picture)
         .left("technique", |r| &r.technique)
