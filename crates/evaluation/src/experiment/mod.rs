@@ -129,7 +129,10 @@ impl Experiment {
                 merged.insert("seed".to_owned(), Value::Integer(seed));
             }
             let settings = parse_kind(merged.clone()).map_err(|reason| {
-                fail(format!("{}{reason} (scale {candidate})", line_before(lines::of_mistake(&source, candidate))))
+                fail(format!(
+                    "{}{reason} (scale {candidate})",
+                    line_before(lines::of_mistake(&source, candidate))
+                ))
             })?;
             if candidate == scale {
                 resolved = Some((merged, settings));

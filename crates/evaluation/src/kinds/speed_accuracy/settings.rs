@@ -5,7 +5,7 @@ use super::records::FrameRoute;
 use crate::error::EvaluationError;
 use crate::experiment::keys::{each, file_name, in_key, not_empty, words};
 use crate::experiment::kind::{Settings, evaluated_on_scenes};
-use crate::fragments::SceneSettings;
+use crate::fragments::{SceneSettings, is_stack};
 use crate::pictures::{check_output, move_to};
 use crate::role::{check_roles, plays_a_role};
 use serde::{Deserialize, Serialize};
@@ -294,7 +294,7 @@ impl Settings for SpeedAccuracyExperiment {
 
     fn scenes_replaced(&mut self) {
         // A stack has no camera.
-        self.picture.truncate(usize::from(!self.scenery.scenes[0].ends_with(".npz")));
+        self.picture.truncate(usize::from(!is_stack(&self.scenery.scenes[0])));
         move_to(&self.scenery.scenes[0], self.picture.iter_mut().map(|p| (&mut p.scene, &mut p.view)));
     }
 }
@@ -316,7 +316,7 @@ impl SpeedAccuracyExperiment {
             insets: Vec::new(),
         };
         // A stack has no camera.
-        views.filter(|(scene, _)| !scene.ends_with(".npz")).map(picture).collect()
+        views.filter(|(scene, _)| !is_stack(scene)).map(picture).collect()
     }
 
     /// Whether a candidate is called `NAME, FORMAT`.
