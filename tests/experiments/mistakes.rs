@@ -34,7 +34,7 @@ type Mistake = (&'static str, &'static str, &'static str);
 /// An unknown key, a value that makes no sense and one of another type, for every kind.
 #[test]
 fn mistakes_in_every_kind_name_line_key_and_value() {
-    let cases: [(&str, [Mistake; 5]); 11] = [
+    let cases: [(&str, [Mistake; 5]); 12] = [
         (
             "bounds",
             [
