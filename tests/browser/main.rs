@@ -55,13 +55,14 @@ fn chromium() -> Option<PathBuf> {
     std::env::split_paths(&path).map(|folder| folder.join("chromium")).find(|program| program.is_file())
 }
 
-/// The report of the committed runs.
+/// The report of committed runs at the scale quick.
 fn page(folder: &Path) -> Result<String, Failed> {
     let results = Path::new(env!("CARGO_MANIFEST_DIR")).join("results");
     let mut runs = Vec::new();
     for experiment in ["speed-accuracy", "filterable", "candidate-search", "stability"] {
         let all = std::fs::read_dir(results.join(experiment))?;
-        let newest = all.filter_map(|entry| Some(entry.ok()?.path())).filter(|path| path.is_dir()).max();
+        let is_quick = |path: &PathBuf| path.to_string_lossy().ends_with("-quick");
+        let newest = all.filter_map(|entry| Some(entry.ok()?.path())).filter(is_quick).max();
         let from = newest.ok_or("no recorded run")?;
         // A copy, because the report is written beside the records.
         let to = folder.join(experiment).join("run");
