@@ -5,7 +5,11 @@ use crate::kinds::PUBLISHED_RATIO;
 use crate::page::{Claim, Measured, Missing, Text, count_of, recorded};
 use evaluation::{Provenance, SearchRecord};
 
+/// Nothing where no basis has four functions, of which alone the papers speak.
 pub(crate) fn claims(tables: &SearchTables<'_>, provenance: &Provenance) -> Vec<Claim> {
+    if tables.of(4).count() == 0 {
+        return Vec::new();
+    }
     [
         Claim::new(
             "MSM15 3.2",
