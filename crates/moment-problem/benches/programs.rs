@@ -2,8 +2,8 @@
 //!
 //! Programs come from the file that `MSM_PROGRAMS` names, or are made up. `MSM_CANDIDATES`, `MSM_REPETITIONS`: how many;
 //! `MSM_NUMBER`: this candidate only;
-//! `MSM_GOOD_LP`: programs a candidate for the solvers behind good_lp, with `--features highs` for HiGHS, too. Times are those of the one thread that works, where
-//! the system tells them.
+//! `MSM_GOOD_LP`: programs a candidate for the solvers behind good_lp, with `--features highs` for HiGHS, too. Times are
+//! those of the one thread that works, where the system tells them.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use moment_problem::fast_simplex::{
