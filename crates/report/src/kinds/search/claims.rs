@@ -39,10 +39,12 @@ pub(crate) fn claims(tables: &SearchTables<'_>, provenance: &Provenance) -> Vec<
 fn extent(tables: &SearchTables<'_>, provenance: &Provenance) -> Option<String> {
     let all = tables.of(4).count();
     let programs: u64 = tables.stages.iter().map(|stage| stage.programs).sum();
+    // What shards took is not in the record of their merge.
+    let part = if provenance.command.contains(" --merge ") { "to merge its shards " } else { "" };
     (all > 0).then(|| {
         format!(
             "{all} bases of four of {} functions; {} certified programs, as bases that cannot win leave \
-             early; {:.0} s on {} threads ({})",
+             early; {:.0} s {part}on {} threads ({})",
             tables.experiment.functions().map_or(0, |f| f.len()),
             count_of(programs),
             provenance.seconds,
